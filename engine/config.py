@@ -1,0 +1,116 @@
+"""A run's configuration: everything that decides its outcome, and the presets."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import typing
+from typing import Any, Final, Literal
+
+from engine.algorithms.dm_me import PAPER_REFITS, check_schedule
+from engine.errors import InvalidData
+from engine.evaluation import TrialConfig
+from engine.robot import Physics
+from engine.tasks import get_task
+
+TaskName = Literal["goal-reaching"]
+AlgorithmName = Literal["dm-me"]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class RunConfig:
+    """What to evolve, with which algorithm, how long. Equal configurations give equal archives.
+
+    Raises:
+        InvalidData: numbers that contradict each other.
+    """
+
+    task: TaskName = "goal-reaching"
+    """What the robots are asked to do."""
+    algorithm: AlgorithmName = "dm-me"
+    """How bodies and controllers are searched."""
+    evaluations: int = 45_000
+    """Number of solutions to evaluate in all."""
+    initial: int = 1080
+    """Random solutions in generation 0."""
+    batch_size: int = 24
+    """Solutions per later generation; half of the parents come from each archive."""
+    refit_generations: tuple[int, ...] = PAPER_REFITS
+    """Generations at which standardiser and PCA are fitted anew."""
+    sensory: Literal["positions", "displacements"] = "positions"
+    """What of the head's 1 Hz trajectory describes a controller."""
+    seed: int = 0
+    """Seed of everything random."""
+    trials: TrialConfig = TrialConfig()
+    """How long and how often a solution is tried."""
+    physics: Physics = Physics()
+    """How robots are simulated."""
+
+    def __post_init__(self) -> None:
+        get_task(self.task)
+        check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        if not 0 <= self.seed < 2**32:
+            raise InvalidData(f"seed must be from 0 to {2**32 - 1}, not {self.seed}")
+
+
+PRESETS: Final[dict[str, RunConfig]] = {
+    "paper": RunConfig(),
+    "quick": RunConfig(evaluations=600, initial=240),
+    "smoke": RunConfig(
+        evaluations=40,
+        initial=16,
+        batch_size=6,
+        refit_generations=(0, 2),
+        trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
+    ),
+}
+"""``paper``: the published experiment. ``quick``: about an hour on two cores. ``smoke``: seconds, the
+whole machinery, no science."""
+
+
+def preset(name: str) -> RunConfig:
+    """Return a preset by name.
+
+    Raises:
+        InvalidData: there is no such preset.
+    """
+    if name not in PRESETS:
+        raise InvalidData(f"unknown preset {name!r}; choose from {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+def to_json(config: RunConfig) -> dict[str, Any]:
+    """Return a configuration as JSON-ready values."""
+    return dataclasses.asdict(config)
+
+
+def from_json(data: Any) -> RunConfig:
+    """Read a configuration back from ``to_json``'s form.
+
+    Raises:
+        InvalidData: a field is unknown, missing, of the wrong type or contradicts another.
+    """
+    return typing.cast(RunConfig, _read(RunConfig, data, "configuration"))
+
+
+def _read(kind: Any, value: Any, where: str) -> Any:
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        if not isinstance(value, dict) or set(value) != set(hints):
+            raise InvalidData(f"{where}: expected exactly the fields {', '.join(hints)}")
+        fields = {k: _read(h, value[k], f"{where}.{k}") for k, h in hints.items()}
+        return typing.cast(type, kind)(**fields)
+    origin = typing.get_origin(kind)
+    if origin is tuple:
+        if not isinstance(value, list | tuple):
+            raise InvalidData(f"{where}: expected a list")
+        return tuple(_read(typing.get_args(kind)[0], v, where) for v in value)
+    if origin is Literal:
+        if value not in typing.get_args(kind):
+            raise InvalidData(f"{where}: {value!r} is not one of {typing.get_args(kind)}")
+        return value
+    if kind is float and type(value) in (int, float) and math.isfinite(value):
+        return float(value)
+    if kind is int and type(value) is int:
+        return value
+    raise InvalidData(f"{where}: expected {getattr(kind, '__name__', kind)}, not {value!r}")

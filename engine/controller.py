@@ -1,0 +1,282 @@
+"""The controller's genotype: a NEAT genome, immutable here, evolved by NEAT-Python's own operators."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+import random
+from collections.abc import Iterator
+from typing import Any, Final, Self
+
+import neat
+from neat.genome import DefaultGenomeConfig
+from neat.innovation import InnovationTracker
+
+from engine.errors import InvalidData
+from engine.tensegrity import MAX_MODULES
+
+N_OUTPUTS: Final = 2 * MAX_MODULES
+"""A frequency and a phase for each module of the largest robot."""
+N_HIDDEN: Final = 3
+MAX_GENES: Final = 10_000
+"""More nodes or connections than this in data from outside are refused."""
+
+NEAT_PARAMETERS: Final = {
+    "num_hidden": str(N_HIDDEN),
+    "feed_forward": "True",
+    "initial_connection": "full_nodirect",
+    "conn_add_prob": "0.5",
+    "conn_delete_prob": "0.5",
+    "node_add_prob": "0.2",
+    "node_delete_prob": "0.2",
+    "compatibility_disjoint_coefficient": "1.0",
+    "compatibility_weight_coefficient": "0.5",
+    "activation_default": "logistic",
+    "activation_options": "logistic",
+    "activation_mutate_rate": "0.0",
+    "aggregation_default": "sum",
+    "aggregation_options": "sum",
+    "aggregation_mutate_rate": "0.0",
+    "weight_init_mean": "0.0",
+    "weight_init_stdev": "1.0",
+    "weight_min_value": "-30",
+    "weight_max_value": "30",
+    "weight_mutate_rate": "0.8",
+    "weight_mutate_power": "0.5",
+    "weight_replace_rate": "0.1",
+    "bias_init_mean": "0.0",
+    "bias_init_stdev": "1.0",
+    "bias_min_value": "-30",
+    "bias_max_value": "30",
+    "bias_mutate_rate": "0.7",
+    "bias_mutate_power": "0.5",
+    "bias_replace_rate": "0.1",
+    "response_init_mean": "1.0",
+    "response_init_stdev": "0.0",
+    "response_min_value": "-30",
+    "response_max_value": "30",
+    "response_mutate_rate": "0.0",
+    "response_mutate_power": "0.0",
+    "response_replace_rate": "0.0",
+    "enabled_default": "True",
+    "enabled_mutate_rate": "0.01",
+    "single_structural_mutation": "False",
+}
+"""NEAT-Python's parameters, from the authors' published configuration."""
+
+
+def logistic(z: float) -> float:
+    """Return 1 / (1 + exp(-z)). NEAT-Python's own ``sigmoid`` is five times steeper."""
+    return 1.0 / (1.0 + math.exp(-max(-60.0, min(60.0, z))))
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class NodeGene:
+    """A neuron: output keys are 0..19, hidden keys above; its output is logistic(bias + response x sum)."""
+
+    key: int
+    bias: float
+    response: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ConnectionGene:
+    """A weighted link from a node (or an input, keys -1, -2, ...) to a node."""
+
+    source: int
+    target: int
+    weight: float
+    enabled: bool
+    innovation: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Controller:
+    """A feed-forward network's genotype. The order of its genes matters to NEAT's draws and is kept.
+
+    Raises:
+        InvalidData: genes are missing, repeated, dangling, cyclic or not finite.
+    """
+
+    n_inputs: int
+    nodes: tuple[NodeGene, ...]
+    connections: tuple[ConnectionGene, ...]
+
+    def __post_init__(self) -> None:
+        _validate(self)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the genotype as JSON-ready values; floats survive the trip exactly."""
+        return {
+            "n_inputs": self.n_inputs,
+            "nodes": [[n.key, n.bias, n.response] for n in self.nodes],
+            "connections": [
+                [c.source, c.target, c.weight, c.enabled, c.innovation] for c in self.connections
+            ],
+        }
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read a genotype back from ``to_json``'s form.
+
+        Raises:
+            InvalidData: the data is not a genotype; the message says why.
+        """
+        if not isinstance(data, dict) or set(data) != {"n_inputs", "nodes", "connections"}:
+            raise InvalidData("a controller needs exactly 'n_inputs', 'nodes' and 'connections'")
+        try:
+            nodes = tuple(NodeGene(*row) for row in data["nodes"])
+            connections = tuple(ConnectionGene(*row) for row in data["connections"])
+        except TypeError:
+            raise InvalidData("a controller's genes do not have the expected fields") from None
+        return cls(n_inputs=data["n_inputs"], nodes=nodes, connections=connections)
+
+
+class Neat:
+    """Creates and mutates controllers with NEAT-Python, without a population.
+
+    NEAT-Python draws from Python's global ``random``; every call lends it the caller's generator and
+    puts the global one back. Node keys and innovation numbers are counted here; ``state`` and
+    ``restore`` carry the counters over an interruption.
+    """
+
+    def __init__(self, *, n_inputs: int) -> None:
+        parameters: dict[str, Any] = {
+            **NEAT_PARAMETERS,
+            "num_inputs": str(n_inputs),
+            "num_outputs": str(N_OUTPUTS),
+        }
+        parameters["node_gene_type"] = neat.genes.DefaultNodeGene
+        parameters["connection_gene_type"] = neat.genes.DefaultConnectionGene
+        self.config = DefaultGenomeConfig(parameters)
+        self.config.add_activation("logistic", logistic)
+        self.config.innovation_tracker = InnovationTracker()
+        self._next_node = N_OUTPUTS + N_HIDDEN
+
+    def random(self, rng: random.Random) -> Controller:
+        """Draw a new controller: three hidden nodes between all inputs and all outputs."""
+        self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + N_HIDDEN))
+        genome = neat.DefaultGenome(0)
+        with _lend(rng):
+            genome.configure_new(self.config)
+        return from_genome(genome, self.config.num_inputs)
+
+    def mutate(self, parent: Controller, rng: random.Random) -> Controller:
+        """Return a mutated copy: NEAT's structural mutations, then weights and biases."""
+        genome = to_genome(parent, self.config)
+        self.config.node_indexer = self._count_nodes()
+        with _lend(rng):
+            genome.mutate(self.config)
+        return from_genome(genome, self.config.num_inputs)
+
+    def new_generation(self) -> None:
+        """Forget which innovations arose together: equal ones share a number within a generation."""
+        self.config.innovation_tracker.reset_generation()
+
+    def state(self) -> dict[str, int]:
+        """Return the counters, to be stored at the end of a generation."""
+        return {
+            "next_node": self._next_node,
+            "innovations": self.config.innovation_tracker.global_counter,
+        }
+
+    def restore(self, state: dict[str, int]) -> None:
+        """Set the counters to what ``state`` returned."""
+        self._next_node = state["next_node"]
+        self.config.innovation_tracker = InnovationTracker(state["innovations"])
+
+    def _count_nodes(self) -> Iterator[int]:
+        while True:
+            self._next_node += 1
+            yield self._next_node - 1
+
+
+def to_genome(controller: Controller, config: DefaultGenomeConfig) -> neat.DefaultGenome:
+    """Return a NEAT-Python genome equal to a controller."""
+    genome = neat.DefaultGenome(0)
+    for n in controller.nodes:
+        gene = config.node_gene_type(n.key)
+        gene.bias, gene.response = n.bias, n.response
+        gene.activation, gene.aggregation, gene.time_constant = "logistic", "sum", 1.0
+        genome.nodes[n.key] = gene
+    for c in controller.connections:
+        key = (c.source, c.target)
+        link = config.connection_gene_type(key, innovation=c.innovation)
+        link.weight, link.enabled = c.weight, c.enabled
+        genome.connections[key] = link
+    return genome
+
+
+def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
+    """Return a controller equal to a NEAT-Python genome."""
+    return Controller(
+        n_inputs=n_inputs,
+        nodes=tuple(NodeGene(k, g.bias, g.response) for k, g in genome.nodes.items()),
+        connections=tuple(
+            ConnectionGene(k[0], k[1], g.weight, g.enabled, g.innovation)
+            for k, g in genome.connections.items()
+        ),
+    )
+
+
+@contextlib.contextmanager
+def _lend(rng: random.Random) -> Iterator[None]:
+    outside = random.getstate()
+    random.setstate(rng.getstate())
+    try:
+        yield
+    finally:
+        rng.setstate(random.getstate())
+        random.setstate(outside)
+
+
+def _validate(c: Controller) -> None:
+    if type(c.n_inputs) is not int or not 1 <= c.n_inputs <= 100:
+        raise InvalidData(f"a controller has 1 to 100 inputs, not {c.n_inputs!r}")
+    if max(len(c.nodes), len(c.connections)) > MAX_GENES:
+        raise InvalidData(f"a controller has at most {MAX_GENES} genes of a kind")
+    for n in c.nodes:
+        if type(n.key) is not int or not 0 <= n.key < 2**53:
+            raise InvalidData(f"a node's key must be a whole number from 0, not {n.key!r}")
+        _check_finite(n.bias, n.response)
+    keys = {n.key for n in c.nodes}
+    if len(keys) != len(c.nodes) or not keys.issuperset(range(N_OUTPUTS)):
+        raise InvalidData(f"a controller needs each output node 0..{N_OUTPUTS - 1} once")
+    sources = keys - set(range(N_OUTPUTS)) | {-1 - i for i in range(c.n_inputs)}
+    seen: set[tuple[int, int]] = set()
+    for link in c.connections:
+        _check_finite(link.weight)
+        if type(link.enabled) is not bool or type(link.innovation) is not int:
+            raise InvalidData("a connection's 'enabled' is true or false, its innovation a number")
+        pair = (link.source, link.target)
+        if any(type(k) is not int for k in pair):
+            raise InvalidData("a connection's ends must be whole numbers")
+        if link.source not in sources or link.target not in keys or pair in seen:
+            raise InvalidData(f"connection {pair} is repeated or does not join two of the nodes")
+        seen.add(pair)
+    _check_acyclic(seen)
+
+
+def _check_acyclic(pairs: set[tuple[int, int]]) -> None:
+    incoming: dict[int, int] = {}
+    outgoing: dict[int, list[int]] = {}
+    for source, target in pairs:
+        incoming[target] = incoming.get(target, 0) + 1
+        outgoing.setdefault(source, []).append(target)
+    ready = [k for k in outgoing if k not in incoming]
+    removed = 0
+    while ready:
+        for target in outgoing.get(ready.pop(), []):
+            removed += 1
+            incoming[target] -= 1
+            if not incoming[target]:
+                ready.append(target)
+    if removed != len(pairs):
+        raise InvalidData("a controller's network must have no cycle")
+
+
+def _check_finite(*values: Any) -> None:
+    for v in values:
+        if type(v) not in (float, int) or not math.isfinite(v):
+            raise InvalidData(f"a gene's value must be a finite number, not {v!r}")

@@ -1,0 +1,13 @@
+"""Errors whose message is meant for the person at the keyboard: one line that says what to do."""
+
+
+class TensAtlasError(Exception):
+    """Base of every error that is the user's to mend; the command line prints it and exits with 2."""
+
+
+class InvalidData(TensAtlasError):
+    """A genotype, configuration or file holds something that it must not."""
+
+
+class RunFileError(TensAtlasError):
+    """A run file is missing, damaged, foreign, newer than this program or in use."""

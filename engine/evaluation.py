@@ -1,0 +1,185 @@
+"""Solutions in, evaluations out.
+
+An evaluation is a pure function of the solution, the task, the physics and the seeds, so it does not
+matter who computes it, when, or together with what.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Final, Protocol
+
+import numpy as np
+
+from engine.controller import Controller
+from engine.errors import InvalidData
+from engine.morphology import Morphology
+from engine.robot import Physics
+from engine.simulation import (
+    OPEN_LOOP_TIME,
+    ClosedLoop,
+    Head,
+    Trials,
+    build_robots,
+    find_heads,
+    settle,
+)
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, fitness, target_offsets
+
+CHUNK: Final = 8
+"""Solutions simulated together; what is finished is handed on chunk by chunk."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class TrialConfig:
+    """How long and how often a solution is tried; part of a run's configuration."""
+
+    repeats: int = 2
+    """Simulations per target, each with its own noise."""
+    settle_time: float = SETTLE_TIME
+    """Seconds without actuation before the target is placed."""
+    open_loop_time: float = OPEN_LOOP_TIME
+    """Seconds of open-loop motion that show which end is the head."""
+    trial_time: float = TRIAL_TIME
+    """Seconds a trial lasts."""
+
+    def __post_init__(self) -> None:
+        if self.repeats < 1:
+            raise InvalidData(f"repeats must be at least 1, not {self.repeats}")
+        if self.trial_time < 1.0:
+            raise InvalidData(f"trial_time must be at least 1 s, not {self.trial_time}")
+        if self.settle_time < 0.0 or self.open_loop_time < 0.0:
+            raise InvalidData("settle_time and open_loop_time must not be negative")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """A pair of body and controller that an algorithm wants to know about.
+
+    Attributes:
+        number: counts the run's evaluations from 0; the seeds follow from it.
+        parent: number of the solution it descends from, None for a random one.
+        operator: how it came about: ``random``, ``morphology``, ``controller`` or ``both``.
+        source: the archive its parent was drawn from, if any.
+    """
+
+    number: int
+    morphology: Morphology
+    controller: Controller
+    parent: int | None = None
+    operator: str = "random"
+    source: str | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Evaluation:
+    """What was learnt about a solution.
+
+    Attributes:
+        solution: what was evaluated.
+        fitness: in m, to be minimised; None if a simulation failed.
+        distances: (targets, repeats) final distances in m.
+        trajectory: (targets, seconds, 2) float32 head positions at 1 Hz in the settled head's frame,
+            averaged over the repeats, in m: the sensory data.
+        head_is_end: whether the chain's last module is the head.
+        failure: why a simulation failed, or None.
+    """
+
+    solution: Solution
+    fitness: float | None
+    distances: np.ndarray
+    trajectory: np.ndarray
+    head_is_end: bool
+    failure: str | None = None
+
+
+class Evaluator(Protocol):
+    """Computes evaluations, on this machine or elsewhere."""
+
+    def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
+        """Yield the evaluations of all solutions in groups, in whatever order they are finished."""
+        ...
+
+
+class LocalEvaluator:
+    """Evaluates on the threads of this machine.
+
+    Args:
+        task: what the robots are asked to do.
+        physics: how they are simulated.
+        trials: how long and how often.
+        run_seed: first part of every simulation's seed.
+        n_threads: threads inside MuJoCo.
+    """
+
+    def __init__(
+        self, *, task: Task, physics: Physics, trials: TrialConfig, run_seed: int, n_threads: int = 1
+    ) -> None:
+        self._task = task
+        self._physics = physics
+        self._trials = trials
+        self._run_seed = run_seed
+        self._n_threads = n_threads
+
+    def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
+        """Yield evaluations in groups of robots with equally many modules."""
+        by_size = sorted(solutions, key=lambda s: s.morphology.n_modules)
+        for _, group in itertools.groupby(by_size, key=lambda s: s.morphology.n_modules):
+            while chunk := list(itertools.islice(group, CHUNK)):
+                yield self._evaluate_chunk(chunk)
+
+    def _evaluate_chunk(self, solutions: Sequence[Solution]) -> list[Evaluation]:
+        task, trials = self._task, self._trials
+        morphologies = [s.morphology for s in solutions]
+        robots = build_robots(morphologies, task, self._physics)
+        common = {"physics": self._physics, "n_threads": self._n_threads}
+        settled = settle(robots, duration=trials.settle_time, **common)
+        heads, head_failures = find_heads(
+            settled, robots, morphologies, duration=trials.open_loop_time, **common
+        )
+        targets = np.repeat(target_offsets(task), trials.repeats, axis=0)
+        loop = ClosedLoop(
+            settled,
+            robots,
+            heads=heads,
+            controllers=[s.controller for s in solutions],
+            targets=np.broadcast_to(targets, (len(solutions), *targets.shape)),
+            seeds=[
+                [
+                    noise_seed(self._run_seed, s.number, target, repeat)
+                    for target in range(task.n_targets)
+                    for repeat in range(trials.repeats)
+                ]
+                for s in solutions
+            ],
+            task=task,
+            **common,
+        )
+        results = loop.run(trials.trial_time)
+        return [
+            self._summarise(*row)
+            for row in zip(solutions, results, heads, head_failures, strict=True)
+        ]
+
+    def _summarise(
+        self, solution: Solution, result: Trials, head: Head, head_failure: str | None
+    ) -> Evaluation:
+        shape = (self._task.n_targets, self._trials.repeats)
+        distances = result.final_distance.reshape(shape)
+        paths = result.trajectory[:, 1:].reshape(*shape, -1, 2)
+        failure = head_failure or result.failure
+        return Evaluation(
+            solution=solution,
+            fitness=None if failure else fitness(distances),
+            distances=distances,
+            trajectory=paths.mean(axis=1).astype(np.float32),
+            head_is_end=head.is_end,
+            failure=failure,
+        )
+
+
+def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, ...]:
+    """Return the seed of one simulation's actuation noise."""
+    return (run_seed, number, target, repeat)

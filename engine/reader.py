@@ -1,0 +1,326 @@
+"""Reading a run file, finished or live. Files may come from strangers: everything is checked."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+import sqlite3
+import threading
+import urllib.parse
+from pathlib import Path
+from typing import Any, Self
+
+from engine.algorithms.base import Axis
+from engine.archive import Cell
+from engine.config import RunConfig, from_json
+from engine.errors import InvalidData, RunFileError
+from engine.evaluation import Evaluation
+from engine.records import dump, from_row, parse_cell
+from engine.schema import APPLICATION_ID, FORMAT_VERSION
+from engine.store import is_being_written
+
+_HEADER = b"SQLite format 3\x00"
+_COLUMNS = {
+    "meta": "key value",
+    "evaluations": "number generation morphology controller parent operator source fitness distances"
+    " trajectory head_is_end failure",
+    "generations": "generation n_evaluations n_failed archives finished_at seconds",
+    "placements": "generation archive cell evaluation",
+    "state": "id generation algorithm",
+}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ArchiveFigures:
+    """An archive at the end of a generation; lengths in m.
+
+    Attributes:
+        best, mean: of the elites' f_s; None while the archive is empty.
+        qd_score: sum of f_s over filled cells.
+        coverage: filled over all cells.
+        axes: what the cells mean.
+    """
+
+    best: float | None
+    mean: float | None
+    qd_score: float
+    coverage: float
+    axes: tuple[Axis, ...]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Generation:
+    """A closed generation.
+
+    Attributes:
+        number: counts from 0.
+        n_evaluations, n_failed: of the run so far.
+        archives: by name.
+        seconds: computing time of the run so far.
+    """
+
+    number: int
+    n_evaluations: int
+    n_failed: int
+    archives: dict[str, ArchiveFigures]
+    seconds: float
+
+
+class RunReader:
+    """A run file opened for reading; may be shared by threads and used while the run is written.
+
+    Raises:
+        RunFileError: the file is missing, empty, cut short, of another program or a newer version.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        _check_header(path)
+        self._mutex = threading.Lock()
+        self._db = _connect(path)
+        try:
+            self._check_format()
+            meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
+            self.config: RunConfig = from_json(meta.get("config"))
+            self.versions: dict[str, str] = _strings(meta.get("versions", {}))
+            self.created_at = str(meta.get("created_at", ""))
+        except InvalidData as e:
+            self.close()
+            raise RunFileError(f"{path} is damaged: {e}") from None
+        except ValueError as e:
+            self.close()
+            raise RunFileError(f"{path} is damaged: {e}") from None
+        except RunFileError:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._mutex:
+            self._db.close()
+
+    @property
+    def is_live(self) -> bool:
+        """Whether a living process is writing the run."""
+        return is_being_written(self.path)
+
+    def last_generation(self) -> int | None:
+        """Return the number of the last closed generation, or None if there is none yet."""
+        number = self._query("SELECT MAX(generation) FROM generations")[0][0]
+        return None if number is None else int(number)
+
+    def n_evaluations(self) -> int:
+        """Return the number of saved evaluations, those of an open generation included."""
+        return int(self._query("SELECT COUNT(*) FROM evaluations")[0][0])
+
+    def generations(self, after: int = -1) -> list[Generation]:
+        """Return the closed generations with a greater number, in order."""
+        rows = self._query(
+            "SELECT generation, n_evaluations, n_failed, archives, seconds FROM generations"
+            " WHERE generation > ? ORDER BY generation",
+            (after,),
+        )
+        with self.guard():
+            return [
+                Generation(
+                    number=int(r[0]),
+                    n_evaluations=int(r[1]),
+                    n_failed=int(r[2]),
+                    archives={k: _figures(v) for k, v in json.loads(r[3]).items()},
+                    seconds=float(r[4]),
+                )
+                for r in rows
+            ]
+
+    def placements(self, archive: str, generation: int) -> dict[Cell, int]:
+        """Return the evaluation that each filled cell held at the end of a generation."""
+        rows = self._query(
+            "SELECT cell, evaluation, MAX(generation) FROM placements"
+            " WHERE archive = ? AND generation <= ? GROUP BY cell",
+            (archive, generation),
+        )
+        with self.guard():
+            return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+
+    def contents(self, archive: str, generation: int) -> dict[Cell, Evaluation]:
+        """Return the elites of an archive at the end of a generation, by cell."""
+        placed = self.placements(archive, generation)
+        known = self.evaluations(set(placed.values()))
+        return {cell: known[n] for cell, n in placed.items()}
+
+    def fitnesses(self, numbers: set[int]) -> dict[int, float]:
+        """Return the fitness in m of some evaluations, by number; failed ones are left out."""
+        rows = self._chunked("SELECT number, fitness FROM evaluations WHERE number IN", numbers)
+        return {int(r[0]): float(r[1]) for r in rows if isinstance(r[1], float)}
+
+    def evaluation(self, number: int) -> Evaluation:
+        """Return one evaluation.
+
+        Raises:
+            RunFileError: there is none of that number, or it is damaged.
+        """
+        return self.evaluations({number})[number]
+
+    def evaluations(self, numbers: set[int]) -> dict[int, Evaluation]:
+        """Return some evaluations by number.
+
+        Raises:
+            RunFileError: one does not exist or is damaged.
+        """
+        with self.guard():
+            rows = self._chunked("SELECT * FROM evaluations WHERE number IN", numbers)
+            found = {int(r["number"]): self._checked(from_row(r)) for r in rows}
+        if missing := numbers - set(found):
+            raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
+        return found
+
+    def all_evaluations(self) -> list[Evaluation]:
+        """Return every saved evaluation in the order of their numbers."""
+        with self.guard():
+            rows = self._query("SELECT * FROM evaluations ORDER BY number")
+            return [self._checked(from_row(r)) for r in rows]
+
+    def algorithm_state(self) -> dict[str, Any] | None:
+        """Return what resuming needs as of the last closed generation, or None before the first."""
+        rows = self._query("SELECT algorithm FROM state")
+        with self.guard():
+            return json.loads(rows[0][0]) if rows else None
+
+    def canonical_hash(self) -> str:
+        """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
+        digest = hashlib.sha256()
+        digest.update(dump(dataclasses.asdict(self.config)).encode())
+        for row in self._query("SELECT * FROM evaluations ORDER BY number"):
+            values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
+            digest.update(dump(values).encode())
+        for query in (
+            "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
+            "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
+            "SELECT generation, algorithm FROM state",
+        ):
+            for row in self._query(query):
+                digest.update(dump(list(row)).encode())
+        return digest.hexdigest()
+
+    def _check_format(self) -> None:
+        if self._query("PRAGMA application_id")[0][0] != APPLICATION_ID:
+            raise RunFileError(f"{self.path} is a database of another program, not a TensAtlas run")
+        version = self._query("PRAGMA user_version")[0][0]
+        if version > FORMAT_VERSION:
+            raise RunFileError(
+                f"{self.path} was written by a newer TensAtlas (format {version}, this one reads"
+                f" {FORMAT_VERSION}); update TensAtlas"
+            )
+        for table, columns in _COLUMNS.items():
+            found = {r[1] for r in self._query(f"PRAGMA table_info({table})")}
+            if not found.issuperset(columns.split()):
+                raise RunFileError(f"{self.path} is damaged: table {table} is not as expected")
+
+    def _checked(self, e: Evaluation) -> Evaluation:
+        from engine.tasks import get_task
+
+        task, trials = get_task(self.config.task), self.config.trials
+        if (
+            e.distances.shape != (task.n_targets, trials.repeats)
+            or e.trajectory.shape[1] != math.floor(trials.trial_time + 1e-9)
+            or e.solution.controller.n_inputs != task.n_inputs
+        ):
+            raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
+        return e
+
+    def _query(self, sql: str, parameters: tuple[Any, ...] = ()) -> list[sqlite3.Row]:
+        try:
+            with self._mutex:
+                return self._db.execute(sql, parameters).fetchall()
+        except (sqlite3.Error, OverflowError) as e:
+            raise RunFileError(f"{self.path} cannot be read: {e}") from None
+
+    def _chunked(self, sql: str, numbers: set[int]) -> list[sqlite3.Row]:
+        ordered = sorted(numbers)
+        rows: list[sqlite3.Row] = []
+        for i in range(0, len(ordered), 500):
+            part = ordered[i : i + 500]
+            rows += self._query(f"{sql} ({','.join('?' * len(part))}) ORDER BY number", tuple(part))
+        return rows
+
+    def guard(self) -> _Damage:
+        """Return a context that reports unexpected data as damage to this file."""
+        return _Damage(self.path)
+
+
+class _Damage:
+    """Turns whatever unexpected data causes into one clear line."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, InvalidData | ValueError | TypeError | KeyError | AttributeError):
+            raise RunFileError(f"{self._path} is damaged: {error}") from None
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    where = urllib.parse.quote(str(path.absolute()))
+    error: sqlite3.Error | None = None
+    # a file in a folder that cannot be written opens only as immutable
+    for options in ("mode=ro", "mode=ro&immutable=1"):
+        try:
+            db = sqlite3.connect(
+                f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False
+            )
+            db.row_factory = sqlite3.Row
+            db.execute("PRAGMA trusted_schema=OFF")
+            db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
+            return db
+        except sqlite3.Error as e:
+            error = e
+    raise RunFileError(f"{path} cannot be read: {error}")
+
+
+def _check_header(path: Path) -> None:
+    try:
+        size = path.stat().st_size
+        with open(path, "rb") as f:
+            header = f.read(100)
+    except FileNotFoundError:
+        raise RunFileError(f"{path} does not exist") from None
+    except OSError as e:
+        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
+    if not size:
+        raise RunFileError(f"{path} is empty")
+    if not header.startswith(_HEADER) or len(header) < 100:
+        raise RunFileError(f"{path} is not a TensAtlas run file")
+    page = int.from_bytes(header[16:18], "big")
+    expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
+    if size < expected and not path.with_name(path.name + "-wal").exists():
+        raise RunFileError(f"{path} is cut short: {size} of {expected} bytes")
+
+
+def _figures(data: Any) -> ArchiveFigures:
+    return ArchiveFigures(
+        best=None if data["best"] is None else float(data["best"]),
+        mean=None if data["mean"] is None else float(data["mean"]),
+        qd_score=float(data["qd_score"]),
+        coverage=float(data["coverage"]),
+        axes=tuple(
+            Axis(str(a["name"]), float(a["lower"]), float(a["upper"]), int(a["n"]))
+            for a in data["axes"]
+        ),
+    )
+
+
+def _strings(data: Any) -> dict[str, str]:
+    if not isinstance(data, dict):
+        raise InvalidData("versions must be a table of names and versions")
+    return {str(k): str(v) for k, v in data.items()}

@@ -1,0 +1,285 @@
+"""A morphology and a task's world become a MuJoCo model.
+
+``inertia_scale`` follows the published simulator, whose dynamics are those of the real robot under
+Earth's gravity with every inertia multiplied by ten (mass scaling): weights and forces are the real
+ones, gravity is divided and masses are multiplied by the scale. 1 gives the real inertia.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import Final
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from engine import tensegrity as t
+from engine.errors import InvalidData
+from engine.morphology import Morphology
+
+DROP_HEIGHT: Final = 0.082
+"""Height of the chain's axis above the ground at the start, in metres."""
+GRAVITY: Final = 9.81
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Physics:
+    """How the robot is simulated; part of a run's configuration.
+
+    The friction, cone and impedance ratio were fitted to the populations of the published simulator
+    (it multiplies the two friction coefficients and its contacts flicker; ours stay closed).
+    """
+
+    timestep: float = 0.004
+    """Step of the integrator, in s."""
+    control_period: float = 0.02
+    """Time between two controller updates, in s; a whole number of time steps."""
+    inertia_scale: float = 10.0
+    """Factor on every inertia (mass scaling), with gravity divided by it so that weights stay real."""
+    friction: float = 1.0
+    """Sliding friction coefficient of every contact."""
+    impratio: float = 10.0
+    """MuJoCo's ratio of frictional to normal constraint impedance: higher slips less."""
+    servo_noise: float = t.SERVO_NOISE
+    """Standard deviation of the noise on every commanded internal cable length, in m."""
+
+    def __post_init__(self) -> None:
+        for name in ("timestep", "control_period", "inertia_scale", "friction", "impratio"):
+            if not getattr(self, name) > 0.0:
+                raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
+        if self.servo_noise < 0.0:
+            raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
+        for what, ratio in (
+            ("control_period must be a whole number of time steps", self.control_period / self.timestep),
+            ("1 s must be a whole number of control periods", 1.0 / self.control_period),
+        ):
+            if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-6:
+                raise InvalidData(f"physics: {what}")
+
+    @property
+    def steps_per_control(self) -> int:
+        """Time steps between two controller updates."""
+        return round(self.control_period / self.timestep)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Wall:
+    """A fixed box: centre (3,), half sizes (3,), in metres, and its turn about the vertical, in rad."""
+
+    centre: tuple[float, float, float]
+    half_size: tuple[float, float, float]
+    yaw: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RobotModel:
+    """A compiled robot and where to find its parts.
+
+    Attributes:
+        model: the MuJoCo model.
+        rod_bodies: (modules, 6) body ids of the rods.
+        n_modules: number of modules.
+    """
+
+    model: mujoco.MjModel
+    rod_bodies: np.ndarray
+    n_modules: int
+
+
+def face_rods(face: int) -> tuple[int, ...]:
+    """Return the three rods whose centres average to a face's position."""
+    return tuple(t.rod_of(n) for n in t.FACES[face])
+
+
+def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray]]:
+    """Return per module its turn and its centre (3,) in metres as built, the chain along +x.
+
+    The published simulator builds the chain in a frame whose y axis is up and tilts its axis into the
+    horizontal the short way, which decides the side that a robot falls on.
+    """
+    up = np.array([-1.0, 2.0, -1.0]) / np.sqrt(6.0)
+    level = Rotation.from_matrix(np.stack([t.CHAIN_AXIS, np.cross(up, t.CHAIN_AXIS), up]))
+    half_turn = Rotation.from_rotvec(np.pi * t.CHAIN_AXIS)
+    placements = []
+    for i, face in enumerate(morphology.faces):
+        turn = t.FACE_TURN[face]
+        if i % 2:
+            turn = half_turn * turn
+        centre = np.array([t.MODULE_SPACING * i, 0.0, DROP_HEIGHT])
+        placements.append((level * turn, centre))
+    return placements
+
+
+def build_spec(
+    morphology: Morphology, *, physics: Physics, walls: Sequence[Wall] = (), gravity: bool = True
+) -> mujoco.MjSpec:
+    """Describe a robot on the ground plane.
+
+    Bodies are named ``m{module}_rod{rod}``, passive cables ``m{module}_cable_{a}_{b}``, internal
+    cables and their actuators ``m{module}_servo_{node}``; the control of an actuator is the target
+    length of its cable in metres.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = f"tsmr_{morphology.n_modules}x{morphology.stiffness_level}"
+    _set_options(spec, physics, gravity)
+    _add_ground(spec, physics)
+    for k, wall in enumerate(walls):
+        spec.worldbody.add_geom(
+            name=f"wall{k}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=wall.centre,
+            size=wall.half_size,
+            quat=Rotation.from_euler("z", wall.yaw).as_quat(scalar_first=True),
+            friction=[physics.friction, 0.005, 0.0001],
+            rgba=[0.55, 0.58, 0.62, 0.6],
+        )
+    for i, (turn, centre) in enumerate(module_placements(morphology)):
+        _add_module(spec, i, turn, centre, morphology.stiffness, physics)
+    for i in range(morphology.n_modules - 1):
+        _add_joint(spec, i, morphology)
+    return spec
+
+
+@functools.lru_cache(maxsize=256)
+def build_robot(
+    morphology: Morphology, physics: Physics, walls: tuple[Wall, ...] = (), gravity: bool = True
+) -> RobotModel:
+    """Compile a robot; equal arguments share one model, which must not be changed."""
+    model = build_spec(morphology, physics=physics, walls=walls, gravity=gravity).compile()
+    rod_bodies = np.array(
+        [
+            [model.body(f"m{i}_rod{r}").id for r in range(len(t.RODS))]
+            for i in range(morphology.n_modules)
+        ]
+    )
+    return RobotModel(model=model, rod_bodies=rod_bodies, n_modules=morphology.n_modules)
+
+
+def _set_options(spec: mujoco.MjSpec, physics: Physics, gravity: bool) -> None:
+    spec.option.timestep = physics.timestep
+    spec.option.gravity = [0.0, 0.0, -GRAVITY / physics.inertia_scale if gravity else 0.0]
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = physics.impratio
+
+
+def _add_ground(spec: mujoco.MjSpec, physics: Physics) -> None:
+    spec.worldbody.add_geom(
+        name="ground",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.1],
+        friction=[physics.friction, 0.005, 0.0001],
+        rgba=[0.8, 0.82, 0.85, 1.0],
+    )
+    spec.worldbody.add_light(pos=[0.0, 0.0, 2.0], dir=[0.0, 0.0, -1.0])
+
+
+def _add_module(
+    spec: mujoco.MjSpec,
+    i: int,
+    turn: Rotation,
+    centre: np.ndarray,
+    stiffness: float,
+    physics: Physics,
+) -> None:
+    for r, (a, b) in enumerate(t.RODS):
+        middle = t.NODES[[a, b]].mean(axis=0)
+        body = spec.worldbody.add_body(
+            name=f"m{i}_rod{r}",
+            pos=centre + turn.apply(middle),
+            quat=turn.as_quat(scalar_first=True),
+        )
+        body.add_freejoint()
+        half = (t.NODES[b] - t.NODES[a]) / 2
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=np.concatenate([-half, half]),
+            size=[t.ROD_RADIUS, 0.0, 0.0],
+            friction=[physics.friction, 0.005, 0.0001],
+            mass=0.0,
+        )
+        _set_inertia(body, r, half, physics)
+    _add_cables(spec, i, stiffness)
+
+
+def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Physics) -> None:
+    """Give a rod a slender rod's inertia, with a spin part that an integrator can live with.
+
+    The true spin inertia is some 500 times smaller than the transverse one and nothing in the task
+    feels it; 0.3 of the transverse part keeps every integrator stable.
+    """
+    mass = t.SERVO_ROD_MASS if rod == t.SERVO_ROD else t.ROD_MASS
+    mass *= physics.inertia_scale
+    transverse = mass * t.ROD_LENGTH**2 / 12
+    axis = int(np.argmax(np.abs(half)))
+    inertia = np.full(3, transverse)
+    inertia[axis] = 0.3 * transverse
+    body.mass = mass
+    body.ipos = [0.0, 0.0, 0.0]
+    body.inertia = inertia
+    body.explicitinertial = True
+
+
+def _add_cables(spec: mujoco.MjSpec, i: int, stiffness: float) -> None:
+    for a, b in t.CABLES:
+        tendon = spec.add_tendon(
+            name=f"m{i}_cable_{a}_{b}",
+            stiffness=[t.stiffness_n_per_m(stiffness), 0.0, 0.0],
+            damping=[t.CABLE_DAMPING, 0.0, 0.0],
+            springlength=[0.0, t.CABLE_REST_LENGTH],
+            width=0.0006,
+            rgba=[0.36, 0.65, 0.86, 1.0],
+        )
+        for node, other in ((a, b), (b, a)):
+            tendon.wrap_site(_add_site(spec, i, t.rod_of(node), t.passive_anchor(node, other)))
+    for node in t.SERVO_NODES:
+        tendon = spec.add_tendon(
+            name=f"m{i}_servo_{node}", width=0.0005, rgba=[0.93, 0.49, 0.19, 1.0]
+        )
+        on_sphere, on_rod = t.servo_anchors(node)
+        tendon.wrap_site(_add_site(spec, i, t.SERVO_ROD, on_sphere))
+        tendon.wrap_site(_add_site(spec, i, t.rod_of(node), on_rod))
+        # tension = SERVO_OFFSET + SERVO_GAIN (length - target), between 0 and SERVO_MAX_TENSION
+        spec.add_actuator(
+            name=f"m{i}_servo_{node}",
+            trntype=mujoco.mjtTrn.mjTRN_TENDON,
+            target=f"m{i}_servo_{node}",
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+            gainprm=[t.SERVO_GAIN] + [0.0] * 9,
+            biasprm=[-t.SERVO_OFFSET, -t.SERVO_GAIN, -t.CABLE_DAMPING] + [0.0] * 7,
+            forcelimited=True,
+            forcerange=[-t.SERVO_MAX_TENSION, 0.0],
+        )
+
+
+def _add_joint(spec: mujoco.MjSpec, i: int, morphology: Morphology) -> None:
+    face = t.FACES[morphology.faces[i]]
+    opposite = t.FACES[t.OPPOSITE_FACE[morphology.faces[i + 1]]]
+    for k, (p, q) in enumerate(t.JOINT_ORDER):
+        a, b = face[p], opposite[q]
+        link = spec.add_tendon(
+            name=f"link{i}_{k}",
+            limited=True,
+            range=[0.8 * t.LINK_PLAY, 1.2 * t.LINK_PLAY],
+            width=0.001,
+            rgba=[0.2, 0.2, 0.2, 1.0],
+        )
+        link.wrap_site(_add_site(spec, i, t.rod_of(a), t.NODES[a]))
+        link.wrap_site(_add_site(spec, i + 1, t.rod_of(b), t.NODES[b]))
+        spec.add_exclude(
+            bodyname1=f"m{i}_rod{t.rod_of(a)}", bodyname2=f"m{i + 1}_rod{t.rod_of(b)}"
+        )
+
+
+def _add_site(spec: mujoco.MjSpec, module: int, rod: int, point: np.ndarray) -> str:
+    """Add a site at a point of the module's built frame to one of its rods; return its name."""
+    body = spec.body(f"m{module}_rod{rod}")
+    name = f"m{module}_site{len(spec.sites)}"
+    body.add_site(
+        name=name, pos=point - t.NODES[list(t.RODS[rod])].mean(axis=0), size=[0.0005, 0.0005, 0.0005]
+    )
+    return name

@@ -1,0 +1,196 @@
+"""Configuration + algorithm + evaluator + store: start a run, go on with one, finish it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+import platform
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from engine.algorithms.base import Algorithm
+from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.archive import GridArchive
+from engine.config import RunConfig
+from engine.evaluation import Evaluation, Evaluator, LocalEvaluator
+from engine.reader import RunReader
+from engine.store import RunWriter
+from engine.tasks import get_task
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is.
+
+    Attributes:
+        generation: the generation under way, or the last one when it has just been closed.
+        n_evaluations: finished evaluations of the whole run.
+        budget: evaluations when the run is finished.
+        n_new: evaluations that this process finished.
+        seconds: computing time of this process.
+        n_failed: evaluations in which a simulation failed, in this process.
+        archives: the archives after the last closed generation.
+        initial_distance: d_init of f_s, in m.
+    """
+
+    generation: int
+    n_evaluations: int
+    budget: int
+    n_new: int
+    seconds: float
+    n_failed: int
+    archives: dict[str, GridArchive]
+    initial_distance: float
+
+
+Observer = Callable[[Progress], None]
+
+
+def create_algorithm(config: RunConfig) -> Algorithm:
+    """Return a fresh algorithm for a configuration."""
+    return DoubleMapMapElites(
+        n_inputs=get_task(config.task).n_inputs,
+        n_initial=config.initial,
+        batch_size=config.batch_size,
+        refit_generations=config.refit_generations,
+        sensory=config.sensory,
+        seed=config.seed,
+        budget=config.evaluations,
+    )
+
+
+def create_evaluator(config: RunConfig, n_threads: int) -> Evaluator:
+    """Return an evaluator on this machine's threads."""
+    return LocalEvaluator(
+        task=get_task(config.task),
+        physics=config.physics,
+        trials=config.trials,
+        run_seed=config.seed,
+        n_threads=n_threads,
+    )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what decides a run's outcome."""
+    packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
+    found = {"python": platform.python_version(), "machine": platform.machine()}
+    for p in packages:
+        try:
+            found[p] = importlib.metadata.version(p)
+        except importlib.metadata.PackageNotFoundError:
+            found[p] = "unknown"
+    return found
+
+
+def evolve(
+    path: Path, config: RunConfig, *, n_threads: int = 1, observer: Observer | None = None
+) -> None:
+    """Start a run and work until its budget is spent.
+
+    Raises:
+        RunFileError: the file exists or cannot be written.
+    """
+    with RunWriter.create(path, config, versions()) as writer:
+        _work(writer, config, create_algorithm(config), 0.0, n_threads, observer)
+
+
+def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) -> None:
+    """Go on with an interrupted run, exactly as if it had never stopped; nothing if it is finished.
+
+    Raises:
+        RunFileError: the file is no run file, is damaged, or another process is writing it.
+    """
+    with RunReader(path) as reader:
+        config = reader.config
+    with RunWriter.open(path) as writer:
+        # read under the lock: nobody else moves the run on between reading and going on
+        with RunReader(path) as reader:
+            algorithm, seconds = _restore(reader)
+        _work(writer, config, algorithm, seconds, n_threads, observer)
+
+
+def _restore(reader: RunReader) -> tuple[Algorithm, float]:
+    algorithm = create_algorithm(reader.config)
+    last = reader.last_generation()
+    state = reader.algorithm_state()
+    if last is None or state is None:
+        return algorithm, 0.0
+    contents = {name: reader.contents(name, last) for name in algorithm.archives}
+    with reader.guard():
+        algorithm.restore(state, contents)
+    return algorithm, reader.generations(last - 1)[-1].seconds
+
+
+def _work(
+    writer: RunWriter,
+    config: RunConfig,
+    algorithm: Algorithm,
+    seconds_before: float,
+    n_threads: int,
+    observer: Observer | None,
+) -> None:
+    evaluator = create_evaluator(config, n_threads)
+    distance = get_task(config.task).target_distance
+    started = time.monotonic()
+    n_new = n_failed = 0
+    n_done = 0
+
+    def report() -> None:
+        if observer:
+            observer(
+                Progress(
+                    generation=algorithm.generation,
+                    n_evaluations=n_done,
+                    budget=config.evaluations,
+                    n_new=n_new,
+                    seconds=time.monotonic() - started,
+                    n_failed=n_failed,
+                    archives=dict(algorithm.archives),
+                    initial_distance=distance,
+                )
+            )
+
+    while solutions := algorithm.ask():
+        finished = {e.solution.number: e for e in writer.pending(algorithm.generation)}
+        n_done = solutions[0].number + len(finished)
+        report()
+        for group in evaluator.evaluate([s for s in solutions if s.number not in finished]):
+            writer.add_evaluations(algorithm.generation, group)
+            finished |= {e.solution.number: e for e in group}
+            n_done += len(group)
+            n_new += len(group)
+            n_failed += sum(e.failure is not None for e in group)
+            report()
+        algorithm.tell(list(finished.values()))
+        writer.close_generation(
+            algorithm,
+            statistics(algorithm, distance),
+            seconds_before + time.monotonic() - started,
+        )
+    n_done = config.evaluations
+    report()
+
+
+def statistics(algorithm: Algorithm, initial_distance: float) -> dict[str, Any]:
+    """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
+    return {
+        name: {
+            **archive_figures(archive, initial_distance),
+            "axes": [dataclasses.asdict(a) for a in algorithm.axes(name)],
+        }
+        for name, archive in algorithm.archives.items()
+    }
+
+
+def archive_figures(archive: GridArchive, initial_distance: float) -> dict[str, float | None]:
+    """Return best and mean f_s, QD score (m) and coverage of an archive."""
+    best: Evaluation | None = archive.best()
+    qd_score = archive.qd_score(initial_distance)
+    return {
+        "best": None if best is None or best.fitness is None else initial_distance - best.fitness,
+        "mean": qd_score / len(archive) if len(archive) else None,
+        "qd_score": qd_score,
+        "coverage": archive.coverage,
+    }

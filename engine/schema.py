@@ -1,0 +1,56 @@
+"""The layout of a run file, a SQLite database."""
+
+from __future__ import annotations
+
+from typing import Final
+
+APPLICATION_ID: Final = 0x54534D52
+"""``TSMR``: in the header of every run file."""
+FORMAT_VERSION: Final = 1
+
+TABLES: Final = """
+CREATE TABLE meta (
+    key TEXT PRIMARY KEY,
+    value TEXT NOT NULL              -- JSON
+) WITHOUT ROWID;
+
+CREATE TABLE evaluations (
+    number INTEGER PRIMARY KEY,      -- counts from 0; the seeds follow from it
+    generation INTEGER NOT NULL,
+    morphology TEXT NOT NULL,        -- JSON genotype
+    controller TEXT NOT NULL,        -- JSON genotype
+    parent INTEGER,
+    operator TEXT NOT NULL,
+    source TEXT,                     -- the archive the parent was drawn from
+    fitness REAL,                    -- m, to be minimised; NULL if a simulation failed
+    distances TEXT NOT NULL,         -- JSON, targets x repeats, m
+    trajectory BLOB NOT NULL,        -- float32 little-endian, targets x seconds x 2, m
+    head_is_end INTEGER NOT NULL,
+    failure TEXT
+);
+
+CREATE TABLE generations (
+    generation INTEGER PRIMARY KEY,
+    n_evaluations INTEGER NOT NULL,  -- of all generations so far
+    n_failed INTEGER NOT NULL,
+    archives TEXT NOT NULL,          -- JSON by archive: best f_s, mean f_s, QD score (m), coverage, axes
+    finished_at TEXT NOT NULL,
+    seconds REAL NOT NULL            -- computing time of the run so far
+);
+
+-- What changed in the archives: the elite of a cell is that of its latest row.
+CREATE TABLE placements (
+    generation INTEGER NOT NULL,
+    archive TEXT NOT NULL,
+    cell TEXT NOT NULL,              -- "i,j"
+    evaluation INTEGER,              -- NULL: the cell became empty
+    PRIMARY KEY (archive, cell, generation)
+) WITHOUT ROWID;
+
+-- What resuming needs, as of the last generation.
+CREATE TABLE state (
+    id INTEGER PRIMARY KEY CHECK (id = 1),
+    generation INTEGER NOT NULL,
+    algorithm TEXT NOT NULL          -- JSON
+);
+"""

@@ -1,0 +1,242 @@
+"""One run is one file: a SQLite database that one process writes and any number read.
+
+Evaluations are added as they are finished; a generation is closed in one transaction with what both
+archives then contain and the state that resuming needs. Whatever moment the writer dies at, the file
+holds whole generations, and the finished evaluations of the one that was under way.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import sqlite3
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final, Self
+
+from engine.algorithms.base import Algorithm
+from engine.config import RunConfig, to_json
+from engine.errors import RunFileError
+from engine.evaluation import Evaluation
+from engine.records import cell_name, from_row, to_row
+from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
+
+SUFFIX: Final = ".tsmr"
+
+
+def lock_path(path: Path) -> Path:
+    """Return the file whose lock says that a process is writing a run."""
+    return path.with_name(path.name + ".lock")
+
+
+def is_being_written(path: Path) -> bool:
+    """Tell whether a living process is writing a run."""
+    try:
+        with open(lock_path(path), "rb") as f:
+            try:
+                fcntl.flock(f, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return True
+            return False
+    except OSError:
+        return False
+
+
+class RunWriter:
+    """The one process that may write a run. Use ``create`` or ``open``, then as a context manager."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: int) -> None:
+        self.path = path
+        self._db = connection
+        self._lock = lock
+        self._placed: dict[tuple[str, str], int] = {}
+
+    @classmethod
+    def create(cls, path: Path, config: RunConfig, versions: Mapping[str, str]) -> Self:
+        """Start a new run file.
+
+        Raises:
+            RunFileError: the file exists, or cannot be written there.
+        """
+        if path.suffix != SUFFIX:
+            raise RunFileError(f"{path}: a run file's name ends in {SUFFIX}")
+        if path.exists():
+            raise RunFileError(
+                f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
+            )
+        if path.parent.exists() and not path.parent.is_dir():
+            raise RunFileError(f"{path.parent} is not a folder; choose another place for the run")
+        lock = -1
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            lock = _acquire(path)
+            part = path.with_name(path.name + ".part")
+            part.unlink(missing_ok=True)
+            with contextlib.closing(sqlite3.connect(part, isolation_level=None)) as db:
+                db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
+                db.execute(f"PRAGMA application_id={APPLICATION_ID}")
+                db.execute(f"PRAGMA user_version={FORMAT_VERSION}")
+                meta = {
+                    "config": to_json(config),
+                    "versions": dict(versions),
+                    "created_at": _now(),
+                }
+                for key, value in meta.items():
+                    db.execute("INSERT INTO meta VALUES (?, ?)", (key, json.dumps(value)))
+                db.execute("COMMIT")
+            # a reader never sees a half-made file
+            os.replace(part, path)
+            return cls(path, _connect_for_writing(path), lock)
+        except (OSError, sqlite3.Error) as e:
+            _release(path, lock)
+            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+
+    @classmethod
+    def open(cls, path: Path) -> Self:
+        """Open an existing, already checked run file to go on with it.
+
+        Raises:
+            RunFileError: another process is writing it, or it cannot be written.
+        """
+        lock = -1
+        try:
+            lock = _acquire(path)
+            writer = cls(path, _connect_for_writing(path), lock)
+            for archive, cell, evaluation in writer._db.execute(
+                "SELECT archive, cell, evaluation FROM placements ORDER BY generation"
+            ):
+                writer._placed[archive, cell] = evaluation
+            writer._placed = {k: v for k, v in writer._placed.items() if v is not None}
+            return writer
+        except (OSError, sqlite3.Error) as e:
+            _release(path, lock)
+            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def pending(self, generation: int) -> list[Evaluation]:
+        """Return the finished evaluations of a generation that was not closed."""
+        rows = self._db.execute(
+            "SELECT * FROM evaluations WHERE generation = ? ORDER BY number", (generation,)
+        )
+        return [from_row(row) for row in rows]
+
+    def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
+        """Save finished evaluations of the generation under way."""
+        with self._transaction():
+            self._db.executemany(
+                f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})",
+                [to_row(generation, e) for e in evaluations],
+            )
+
+    def close_generation(self, algorithm: Algorithm, statistics: Any, seconds: float) -> None:
+        """Save what a generation left behind: the archives' changes, their statistics, the state.
+
+        Args:
+            algorithm: after its ``tell``.
+            statistics: JSON-ready figures of the archives.
+            seconds: computing time of the run so far.
+        """
+        generation = algorithm.generation - 1
+        held = {
+            (name, cell_name(cell)): e.solution.number
+            for name, archive in algorithm.archives.items()
+            for cell, e in archive
+        }
+        gone = [(generation, *key, None) for key in self._placed if key not in held]
+        new = [(generation, *key, n) for key, n in held.items() if self._placed.get(key) != n]
+        with self._transaction():
+            (n, failed) = self._db.execute("SELECT COUNT(*), COUNT(failure) FROM evaluations").fetchone()
+            self._db.executemany("INSERT INTO placements VALUES (?, ?, ?, ?)", [*gone, *new])
+            self._db.execute(
+                "INSERT INTO generations VALUES (?, ?, ?, ?, ?, ?)",
+                (generation, n, failed, json.dumps(statistics), _now(), seconds),
+            )
+            self._db.execute(
+                "INSERT OR REPLACE INTO state VALUES (1, ?, ?)",
+                (generation, json.dumps(algorithm.state())),
+            )
+        self._placed = held
+
+    def close(self) -> None:
+        """Fold the write-ahead log into the file, so that the file alone is the run, and let go."""
+        with contextlib.suppress(sqlite3.Error):
+            # refused while somebody reads; then the log stays beside the file until the next close
+            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            self._db.execute("PRAGMA journal_mode=DELETE")
+        self._db.close()
+        _release(self.path, self._lock)
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        try:
+            self._db.execute("BEGIN IMMEDIATE")
+            yield
+            self._db.execute("COMMIT")
+        except sqlite3.Error as e:
+            with contextlib.suppress(sqlite3.Error):
+                self._db.execute("ROLLBACK")
+            raise RunFileError(f"{self.path} cannot be written: {_reason(e)}") from e
+
+
+def _connect_for_writing(path: Path) -> sqlite3.Connection:
+    db = sqlite3.connect(path, isolation_level=None, timeout=60.0)
+    db.row_factory = sqlite3.Row
+    db.execute("PRAGMA journal_mode=WAL")
+    db.execute("PRAGMA synchronous=FULL")
+    return db
+
+
+def _acquire(path: Path) -> int:
+    lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
+    deadline = time.monotonic() + 1.0
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_at(lock, lock_path(path)):
+                break
+            # its last holder removed the file between our open and our lock
+            os.close(lock)
+            lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
+        except BlockingIOError:
+            if time.monotonic() < deadline:  # a reader may be asking whether the run is live
+                time.sleep(0.02)
+                continue
+            holder = os.read(lock, 20).decode(errors="replace").strip() or "unknown"
+            os.close(lock)
+            raise RunFileError(f"{path} is being written by another process ({holder})") from None
+    os.ftruncate(lock, 0)
+    os.write(lock, str(os.getpid()).encode())
+    return lock
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _release(path: Path, lock: int) -> None:
+    if lock >= 0:
+        with contextlib.suppress(OSError):
+            lock_path(path).unlink()
+        os.close(lock)
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return str(error)
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

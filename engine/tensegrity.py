@@ -1,0 +1,167 @@
+"""One tensegrity module: its nodes, rods, cables and faces, and the physical constants.
+
+The module is the six-rod icosahedron of Zardini et al. (GECCO 2021). All figures are SI. They were
+read off the published simulator (Tensoft-G21), whose forces and masses are multiplied by ten so that
+they are those of the real, Earth-gravity robot; see ``engine.robot.Physics`` for the inertia scaling
+that goes with it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+MIN_MODULES: Final = 2
+MAX_MODULES: Final = 10
+N_STIFFNESS_LEVELS: Final = 10
+
+NODES: Final = 0.01 * np.array(
+    [
+        (-3.75, -4.1, 0.0),
+        (-3.75, 4.1, 0.0),
+        (3.75, -4.1, 0.0),
+        (3.75, 4.1, 0.0),
+        (0.0, -3.75, -4.1),
+        (0.0, -3.75, 4.1),
+        (0.0, 3.75, -4.1),
+        (0.0, 3.75, 4.1),
+        (-4.1, 0.0, 3.75),
+        (4.1, 0.0, 3.75),
+        (-4.1, 0.0, -3.75),
+        (4.1, 0.0, -3.75),
+    ]
+)
+"""(12, 3) node positions of a module as built, before it settles, in metres."""
+
+RODS: Final = ((0, 1), (2, 3), (4, 5), (6, 7), (8, 9), (10, 11))
+"""Node pairs of the six rods; the rod of node n is ``n // 2``."""
+
+CABLES: Final = tuple(
+    (a, b)
+    for a, others in (
+        (0, (4, 5, 8, 10)),
+        (1, (6, 7, 8, 10)),
+        (2, (4, 5, 9, 11)),
+        (3, (6, 7, 9, 11)),
+        (4, (10, 11)),
+        (5, (8, 9)),
+        (6, (10, 11)),
+        (7, (8, 9)),
+    )
+    for b in others
+)
+"""Node pairs of the 24 passive cables."""
+
+FACES: Final = {
+    1: (3, 7, 9),
+    2: (7, 1, 8),
+    3: (1, 6, 10),
+    4: (6, 3, 11),
+    5: (4, 0, 10),
+    6: (2, 4, 11),
+    7: (5, 2, 9),
+    8: (0, 5, 8),
+}
+"""Nodes of the eight faces that can carry a joint."""
+
+OPPOSITE_FACE: Final = {1: 5, 2: 6, 3: 7, 4: 8, 5: 1, 6: 2, 7: 3, 8: 4}
+
+JOINT_ORDER: Final = ((0, 1), (1, 0), (2, 2))
+"""Which node of a face meets which node of the next module's face (positions in ``FACES``).
+
+Found from the built geometry: with every module turned as in ``FACE_TURN``, these are the nodes that
+lie 1.2 to 5.1 mm apart for all 64 combinations of faces; any other pairing would cross the links.
+"""
+
+FACE_TURN: Final = {
+    1: Rotation.identity(),
+    2: Rotation.from_euler("y", 90, degrees=True),
+    3: Rotation.from_euler("y", 180, degrees=True),
+    4: Rotation.from_euler("y", -90, degrees=True),
+    5: Rotation.from_euler("y", 90, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
+    6: Rotation.from_euler("x", 180, degrees=True),
+    7: Rotation.from_euler("y", -90, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
+    8: Rotation.from_euler("y", 180, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
+}
+"""The turn that makes a face point where face 1 points, along (1, 1, 1)."""
+
+CHAIN_AXIS: Final = np.ones(3) / np.sqrt(3.0)
+MODULE_SPACING: Final = 0.0375 * np.sqrt(2.0) * np.sqrt(3.0)
+"""Distance between the centres of two neighbouring modules as built, in metres."""
+
+ROD_LENGTH: Final = 0.082
+ROD_RADIUS: Final = 0.0015
+ROD_MASS: Final = 0.001003
+"""Mass of each of the five plain rods, in kg."""
+
+SERVO_ROD: Final = 0
+"""The rod that carries the servomotor and its arm."""
+SERVO_ROD_MASS: Final = 0.020
+ACTUATOR_POINT: Final = NODES[[0, 1]].mean(axis=0) + np.array([0.0179, 0.0, 0.0])
+"""(3,) where the servo's cables leave its arm, in metres, in the module's frame as built."""
+ACTUATOR_RADIUS: Final = 0.004
+
+ANCHOR_OFFSET: Final = 0.0015
+"""Cables end on the surface of a rod, this far from its axis, in metres."""
+
+CABLE_STIFFNESS: Final = 115.2
+"""Stiffness of a passive cable at relative stiffness 1.0, in N/m."""
+CABLE_DAMPING: Final = 0.70
+"""Damping of every cable, in N s/m."""
+CABLE_REST_LENGTH: Final = 0.02067
+"""Rest length of a passive cable between its anchors, in metres, at every stiffness."""
+
+SERVO_NODES: Final = (10, 9, 4, 7, 3)
+"""The nodes that the servo's five internal cables pull."""
+SERVO_GAIN: Final = 61.3
+"""Rise of an internal cable's tension with its length error, in N/m."""
+SERVO_OFFSET: Final = 0.100
+"""Tension of an internal cable at its target length, in N."""
+SERVO_MAX_TENSION: Final = 0.654
+"""Limit of an internal cable's tension, in N."""
+SERVO_NOISE: Final = 0.00035
+"""Standard deviation of the noise on every commanded internal cable length, in metres."""
+
+LINK_PLAY: Final = 0.0025
+"""Distance between two joined nodes, in metres."""
+
+NOMINAL_LENGTH: Final = 0.1111
+"""Built diameter of a module, in metres: the paper's "about 11 cm"."""
+
+
+def stiffness_n_per_m(relative: float) -> float:
+    """Return the stiffness of a passive cable in N/m for a relative stiffness in (0, 1]."""
+    return CABLE_STIFFNESS * relative
+
+
+def rod_of(node: int) -> int:
+    """Return the index of the rod that a node ends."""
+    return node // 2
+
+
+def passive_anchor(node: int, other: int) -> np.ndarray:
+    """Return the (3,) anchor of the passive cable node-other at node, in metres, as built.
+
+    The anchor lies on the rod's surface, on the side that faces the other node.
+    """
+    return _on_rod_surface(node, NODES[other])
+
+
+def servo_anchors(node: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return both (3,) anchors of the internal cable to a node, in metres, as built.
+
+    The first lies on the sphere at the actuator point, the second on the node's rod.
+    """
+    towards = NODES[node] - ACTUATOR_POINT
+    on_sphere = ACTUATOR_POINT + ACTUATOR_RADIUS * towards / np.linalg.norm(towards)
+    return on_sphere, _on_rod_surface(node, ACTUATOR_POINT)
+
+
+def _on_rod_surface(node: int, towards: np.ndarray) -> np.ndarray:
+    a, b = RODS[rod_of(node)]
+    axis = (NODES[b] - NODES[a]) / np.linalg.norm(NODES[b] - NODES[a])
+    direction = towards - NODES[node]
+    direction = direction - axis * (direction @ axis)
+    return NODES[node] + ANCHOR_OFFSET * direction / np.linalg.norm(direction)
