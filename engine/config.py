@@ -88,7 +88,7 @@ def from_json(data: Any) -> RunConfig:
     """Read a configuration back from ``to_json``'s form.
 
     Raises:
-        InvalidData: a field is unknown, missing, of the wrong type or contradicts another.
+        InvalidData: a field is unknown, of the wrong type or contradicts another.
     """
     return typing.cast(RunConfig, _read(RunConfig, data, "configuration"))
 
@@ -96,9 +96,10 @@ def from_json(data: Any) -> RunConfig:
 def _read(kind: Any, value: Any, where: str) -> Any:
     if dataclasses.is_dataclass(kind):
         hints = typing.get_type_hints(kind)
-        if not isinstance(value, dict) or set(value) != set(hints):
-            raise InvalidData(f"{where}: expected exactly the fields {', '.join(hints)}")
-        fields = {k: _read(h, value[k], f"{where}.{k}") for k, h in hints.items()}
+        if not isinstance(value, dict) or not set(value) <= set(hints):
+            raise InvalidData(f"{where}: expected a table of {', '.join(hints)}")
+        # a field that is newer than the file has the default that leaves the run as it was
+        fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items()}
         return typing.cast(type, kind)(**fields)
     origin = typing.get_origin(kind)
     if origin is tuple:
