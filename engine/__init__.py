@@ -1,1 +1,1 @@
-"""The science of TensAtlas: bodies, controllers, physics, search. Runs headless; imports neither viz nor app."""
+"""The science of TensAtlas: bodies, controllers, physics, search. Imports neither viz nor app."""

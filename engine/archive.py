@@ -48,9 +48,7 @@ class GridArchive:
         Raises:
             ValueError: the cell lies outside the grid or the candidate has no fitness.
         """
-        if len(cell) != len(self.shape) or not all(
-            0 <= i < n for i, n in zip(cell, self.shape, strict=True)
-        ):
+        if len(cell) != len(self.shape) or not all(0 <= i < n for i, n in zip(cell, self.shape, strict=True)):
             raise ValueError(f"cell {cell} lies outside an archive of shape {self.shape}")
         if candidate.fitness is None:
             raise ValueError("a failed evaluation cannot enter an archive")

@@ -11,3 +11,7 @@ class InvalidData(TensAtlasError):
 
 class RunFileError(TensAtlasError):
     """A run file is missing, damaged, foreign, newer than this program or in use."""
+
+
+class ExportError(TensAtlasError):
+    """A solution cannot be exported, or the export cannot be written where it was asked for."""

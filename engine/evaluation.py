@@ -115,7 +115,13 @@ class LocalEvaluator:
     """
 
     def __init__(
-        self, *, task: Task, physics: Physics, trials: TrialConfig, run_seed: int, n_threads: int = 1
+        self,
+        *,
+        task: Task,
+        physics: Physics,
+        trials: TrialConfig,
+        run_seed: int,
+        n_threads: int = 1,
     ) -> None:
         self._task = task
         self._physics = physics
@@ -158,10 +164,7 @@ class LocalEvaluator:
             **common,
         )
         results = loop.run(trials.trial_time)
-        return [
-            self._summarise(*row)
-            for row in zip(solutions, results, heads, head_failures, strict=True)
-        ]
+        return [self._summarise(*row) for row in zip(solutions, results, heads, head_failures, strict=True)]
 
     def _summarise(
         self, solution: Solution, result: Trials, head: Head, head_failure: str | None

@@ -17,6 +17,7 @@ from engine.archive import Cell
 from engine.config import RunConfig, from_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
+from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
 from engine.store import is_being_written
@@ -66,6 +67,15 @@ class Generation:
     n_failed: int
     archives: dict[str, ArchiveFigures]
     seconds: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Summary:
+    """What a map shows of an evaluation: its generation, its fitness in m, its body."""
+
+    generation: int
+    fitness: float
+    morphology: Morphology
 
 
 class RunReader:
@@ -156,10 +166,27 @@ class RunReader:
         known = self.evaluations(set(placed.values()))
         return {cell: known[n] for cell, n in placed.items()}
 
-    def fitnesses(self, numbers: set[int]) -> dict[int, float]:
-        """Return the fitness in m of some evaluations, by number; failed ones are left out."""
-        rows = self._chunked("SELECT number, fitness FROM evaluations WHERE number IN", numbers)
-        return {int(r[0]): float(r[1]) for r in rows if isinstance(r[1], float)}
+    def summaries(self, numbers: set[int]) -> dict[int, Summary]:
+        """Return what a map shows of some evaluations, by number; failed ones are left out."""
+        rows = self._chunked(
+            "SELECT number, generation, fitness, morphology FROM evaluations WHERE number IN",
+            numbers,
+        )
+        with self.guard():
+            return {
+                int(r[0]): Summary(
+                    generation=int(r[1]),
+                    fitness=float(r[2]),
+                    morphology=Morphology.from_json(json.loads(r[3])),
+                )
+                for r in rows
+                if r[2] is not None
+            }
+
+    def generation_of(self, number: int) -> int | None:
+        """Return the generation that an evaluation belongs to, or None if there is no such one."""
+        rows = self._query("SELECT generation FROM evaluations WHERE number = ?", (number,))
+        return int(rows[0][0]) if rows else None
 
     def evaluation(self, number: int) -> Evaluation:
         """Return one evaluation.
@@ -276,9 +303,7 @@ def _connect(path: Path) -> sqlite3.Connection:
     # a file in a folder that cannot be written opens only as immutable
     for options in ("mode=ro", "mode=ro&immutable=1"):
         try:
-            db = sqlite3.connect(
-                f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False
-            )
+            db = sqlite3.connect(f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False)
             db.row_factory = sqlite3.Row
             db.execute("PRAGMA trusted_schema=OFF")
             db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
@@ -314,8 +339,7 @@ def _figures(data: Any) -> ArchiveFigures:
         qd_score=float(data["qd_score"]),
         coverage=float(data["coverage"]),
         axes=tuple(
-            Axis(str(a["name"]), float(a["lower"]), float(a["upper"]), int(a["n"]))
-            for a in data["axes"]
+            Axis(str(a["name"]), float(a["lower"]), float(a["upper"]), int(a["n"])) for a in data["axes"]
         ),
     )
 

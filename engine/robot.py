@@ -63,7 +63,10 @@ class Physics:
         if self.servo_noise < 0.0:
             raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
         for what, ratio in (
-            ("control_period must be a whole number of time steps", self.control_period / self.timestep),
+            (
+                "control_period must be a whole number of time steps",
+                self.control_period / self.timestep,
+            ),
             ("1 s must be a whole number of control periods", 1.0 / self.control_period),
         ):
             if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-6:
@@ -162,10 +165,7 @@ def build_robot(
     """Compile a robot; equal arguments share one model, which must not be changed."""
     model = build_spec(morphology, physics=physics, walls=walls, gravity=gravity).compile()
     rod_bodies = np.array(
-        [
-            [model.body(f"m{i}_rod{r}").id for r in range(len(t.RODS))]
-            for i in range(morphology.n_modules)
-        ]
+        [[model.body(f"m{i}_rod{r}").id for r in range(len(t.RODS))] for i in range(morphology.n_modules)]
     )
     return RobotModel(model=model, rod_bodies=rod_bodies, n_modules=morphology.n_modules)
 
@@ -246,9 +246,7 @@ def _add_cables(spec: mujoco.MjSpec, i: int, stiffness: float) -> None:
         for node, other in ((a, b), (b, a)):
             tendon.wrap_site(_add_site(spec, i, t.rod_of(node), t.passive_anchor(node, other)))
     for node in t.SERVO_NODES:
-        tendon = spec.add_tendon(
-            name=f"m{i}_servo_{node}", width=0.0005, rgba=[0.93, 0.49, 0.19, 1.0]
-        )
+        tendon = spec.add_tendon(name=f"m{i}_servo_{node}", width=0.0005, rgba=[0.93, 0.49, 0.19, 1.0])
         on_sphere, on_rod = t.servo_anchors(node)
         tendon.wrap_site(_add_site(spec, i, t.SERVO_ROD, on_sphere))
         tendon.wrap_site(_add_site(spec, i, t.rod_of(node), on_rod))
@@ -280,9 +278,7 @@ def _add_joint(spec: mujoco.MjSpec, i: int, morphology: Morphology) -> None:
         )
         link.wrap_site(_add_site(spec, i, t.rod_of(a), t.NODES[a]))
         link.wrap_site(_add_site(spec, i + 1, t.rod_of(b), t.NODES[b]))
-        spec.add_exclude(
-            bodyname1=f"m{i}_rod{t.rod_of(a)}", bodyname2=f"m{i + 1}_rod{t.rod_of(b)}"
-        )
+        spec.add_exclude(bodyname1=f"m{i}_rod{t.rod_of(a)}", bodyname2=f"m{i + 1}_rod{t.rod_of(b)}")
 
 
 def _add_site(spec: mujoco.MjSpec, module: int, rod: int, point: np.ndarray) -> str:
@@ -290,6 +286,8 @@ def _add_site(spec: mujoco.MjSpec, module: int, rod: int, point: np.ndarray) -> 
     body = spec.body(f"m{module}_rod{rod}")
     name = f"m{module}_site{len(spec.sites)}"
     body.add_site(
-        name=name, pos=point - t.NODES[list(t.RODS[rod])].mean(axis=0), size=[0.0005, 0.0005, 0.0005]
+        name=name,
+        pos=point - t.NODES[list(t.RODS[rod])].mean(axis=0),
+        size=[0.0005, 0.0005, 0.0005],
     )
     return name

@@ -84,9 +84,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-def evolve(
-    path: Path, config: RunConfig, *, n_threads: int = 1, observer: Observer | None = None
-) -> None:
+def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Observer | None = None) -> None:
     """Start a run and work until its budget is spent.
 
     Raises:

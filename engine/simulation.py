@@ -78,6 +78,11 @@ class SimulationBatch:
         """(robots, copies, nq) generalised coordinates; a view."""
         return self._qpos.reshape(*self.shape, -1)
 
+    @property
+    def commanded(self) -> np.ndarray:
+        """(robots, copies, modules, 5) commanded lengths of the internal cables, in m; a view."""
+        return self._ctrl.reshape(*self.shape, self.n_modules, -1)
+
     def rods(self, module: np.ndarray, rods: np.ndarray) -> np.ndarray:
         """Return (robots, copies, n, 3) centres of n chosen rods per robot, in m.
 
@@ -174,9 +179,7 @@ class HeadSensor:
         return front[..., :2], rear[..., :2]
 
 
-def build_robots(
-    morphologies: Sequence[Morphology], task: Task, physics: Physics
-) -> list[RobotModel]:
+def build_robots(morphologies: Sequence[Morphology], task: Task, physics: Physics) -> list[RobotModel]:
     """Compile the robots of a batch in the world of a task."""
     return [build_robot(m, physics, task.walls(m.n_modules)) for m in morphologies]
 

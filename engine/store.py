@@ -89,7 +89,7 @@ class RunWriter:
                     db.execute("INSERT INTO meta VALUES (?, ?)", (key, json.dumps(value)))
                 db.execute("COMMIT")
             # a reader never sees a half-made file
-            os.replace(part, path)
+            part.replace(path)
             return cls(path, _connect_for_writing(path), lock)
         except (OSError, sqlite3.Error) as e:
             _release(path, lock)

@@ -29,9 +29,7 @@ MUTATIONS: Final = ("morphology", "controller", "both")
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
 
 
-def check_schedule(
-    evaluations: int, initial: int, batch_size: int, refit_generations: Sequence[int]
-) -> None:
+def check_schedule(evaluations: int, initial: int, batch_size: int, refit_generations: Sequence[int]) -> None:
     """Check that the numbers of a schedule fit together.
 
     Raises:
@@ -150,9 +148,7 @@ class DoubleMapMapElites(Algorithm):
             "descriptor": self._descriptor.state() if self._descriptor.fitted else None,
         }
 
-    def restore(
-        self, state: dict[str, Any], contents: Mapping[str, Mapping[Cell, Evaluation]]
-    ) -> None:
+    def restore(self, state: dict[str, Any], contents: Mapping[str, Mapping[Cell, Evaluation]]) -> None:
         """Go back to the end of a generation."""
         self._generation = state["generation"]
         self._n_asked = state["n_asked"]

@@ -1,0 +1,5 @@
+"""``python -m app`` is ``tensatlas``."""
+
+from app.cli import main
+
+main()

@@ -1,0 +1,170 @@
+"""The 3D scene of one browser: ground, target, robot, the trail of its head."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+import viser
+
+from engine.replay import UPDATES_PER_FRAME, Replay
+from engine.simulation import Head
+from engine.tensegrity import ROD_LENGTH
+from viz import theme
+from viz.robot_geometry import ROD_DRAWN_RADIUS, RobotGeometry
+
+TRAIL_STEP = 5
+"""Frames between two points of the trail."""
+TARGET_RADIUS = 0.02
+TARGET_HEIGHT = 0.06
+FOLLOW_SHARE = 0.15
+"""Share of the remaining way that a following camera covers per frame."""
+
+
+class Arena:
+    """Draws one replay at a time.
+
+    Args:
+        client: whose scene it is.
+    """
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._client = client
+        self._scene = client.scene
+        self._replay: Replay | None = None
+        self._geometry: RobotGeometry | None = None
+        self._handles: list[viser.SceneNodeHandle] = []
+        self._has_target = False
+        self.follow = True
+        self._scene.set_up_direction("+z")
+        self._scene.add_grid(
+            "/ground",
+            infinite_grid=True,
+            cell_size=0.05,
+            section_size=0.25,
+            cell_color=(62, 68, 78),
+            section_color=(92, 100, 112),
+            plane_color=(32, 36, 42),
+            plane_opacity=0.6,
+            fade_distance=3.0,
+            shadow_opacity=0.35,
+        )
+
+    def home(self, centre: np.ndarray, size: float) -> None:
+        """Look at a point of the ground from a distance that shows a robot and its target."""
+        camera = self._client.camera
+        away = 1.1 * max(size, 0.35)
+        with self._client.atomic():
+            camera.position = (centre[0] - 0.75 * away, centre[1] - 0.95 * away, 0.8 * away)
+            camera.look_at = (float(centre[0]), float(centre[1]), 0.03)
+
+    def show(self, replay: Replay, index: int) -> None:
+        """Draw a frame of a replay; another replay than the last one replaces the robot."""
+        frame = replay.frames[index]
+        if replay is not self._replay:
+            self._begin(replay, frame.pose)
+        assert self._geometry is not None
+        drawing = self._geometry.draw(frame.pose, frame.lengths)
+        trail = self._trail(replay, index)
+        centre = frame.pose[..., :3].mean(axis=(0, 1))
+        if not self._has_target and replay.target is not None:
+            self._add_target(replay.target)
+        with self._client.atomic():
+            self._rods.batched_positions = drawing.rod_positions
+            self._rods.batched_wxyzs = drawing.rod_turns
+            self._nodes.batched_positions = drawing.nodes
+            self._cables.points = drawing.cables
+            self._cables.colors = drawing.cable_colors
+            if trail is not None:
+                self._trail_line.points = trail
+        if self.follow:
+            self._follow(centre)
+
+    def clear(self) -> None:
+        """Remove the robot."""
+        for handle in self._handles:
+            handle.remove()
+        self._handles = []
+        self._replay = None
+
+    def _begin(self, replay: Replay, pose: np.ndarray) -> None:
+        self.clear()
+        morphology = replay.evaluation.solution.morphology
+        head = Head.of(morphology, replay.evaluation.head_is_end)
+        geometry = RobotGeometry(morphology, head.module)
+        drawing = geometry.draw(pose, np.ones((morphology.n_modules, 5)))
+        cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
+        sphere = trimesh.creation.icosphere(subdivisions=1)
+        n_rods = len(drawing.rod_positions)
+        self._rods = self._scene.add_batched_meshes_simple(
+            "/robot/rods",
+            cylinder.vertices,
+            cylinder.faces,
+            batched_wxyzs=drawing.rod_turns,
+            batched_positions=drawing.rod_positions,
+            batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
+            batched_colors=_linear(geometry.rod_colors),
+            lod="off",
+        )
+        self._nodes = self._scene.add_batched_meshes_simple(
+            "/robot/nodes",
+            sphere.vertices,
+            sphere.faces,
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(drawing.nodes), 1)),
+            batched_positions=drawing.nodes,
+            batched_scales=geometry.node_radii,
+            batched_colors=_linear(geometry.node_colors),
+            lod="off",
+        )
+        self._cables = self._scene.add_line_segments(
+            "/robot/cables", drawing.cables, drawing.cable_colors, thickness=0.0012
+        )
+        self._trail_line = self._scene.add_line_segments(
+            "/trail", np.zeros((1, 2, 3), dtype=np.float32), theme.TRAIL, thickness=0.003
+        )
+        self._handles = [self._rods, self._nodes, self._cables, self._trail_line]
+        self._replay, self._geometry, self._has_target = replay, geometry, False
+        self._trail_index = -1
+        centre = pose[..., :3].mean(axis=(0, 1))
+        self.home(centre, 0.5 * np.ptp(pose[..., :2], axis=(0, 1)).max() + 0.35)
+
+    def _add_target(self, target: np.ndarray) -> None:
+        post = self._scene.add_cylinder(
+            "/target/post",
+            radius=TARGET_RADIUS,
+            height=TARGET_HEIGHT,
+            color=theme.TARGET,
+            opacity=0.55,
+            position=(float(target[0]), float(target[1]), TARGET_HEIGHT / 2),
+        )
+        self._handles.append(post)
+        self._has_target = True
+
+    def _trail(self, replay: Replay, index: int) -> np.ndarray | None:
+        """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""
+        step = index // TRAIL_STEP
+        if step == self._trail_index:
+            return None
+        self._trail_index = step
+        first = round(replay.settle_time / (UPDATES_PER_FRAME * replay.config.physics.control_period))
+        heads = [f.head for f in replay.frames[max(first - 1, 0) : index + 1 : TRAIL_STEP]]
+        if len(heads) < 2:
+            return np.zeros((1, 2, 3), dtype=np.float32)
+        points = np.column_stack([np.array(heads), np.full(len(heads), 0.002)])
+        return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+
+    def _follow(self, centre: np.ndarray) -> None:
+        camera = self._client.camera
+        way = FOLLOW_SHARE * (centre[:2] - camera.look_at[:2])
+        if np.hypot(*way) < 2e-4:
+            return
+        with self._client.atomic():
+            # the view direction stays as the user turned it
+            camera.position = camera.position + np.array([*way, 0.0])
+            camera.look_at = camera.look_at + np.array([*way, 0.0])
+
+
+def _linear(colors: np.ndarray) -> np.ndarray:
+    """Return sRGB colours as the linear ones that batched meshes take, (n, 3) uint8."""
+    part = colors / 255.0
+    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+    return np.round(255.0 * linear).astype(np.uint8)

@@ -1,0 +1,192 @@
+"""The command ``tensatlas``."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from engine.export import export_files, write_folder
+from rich.console import Console
+
+from app import commands as c
+from app.progress import ProgressDisplay
+from engine import run
+from engine.archive import Cell
+from engine.config import preset
+from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.reader import Generation, RunReader
+from engine.records import cell_name, parse_cell
+
+USAGE_ERROR = 2
+INTERRUPTED = 130
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run a command; exit with 2 after an error of the user's, with 130 after Ctrl-C."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    # a terminal that closes or a supervisor that stops us ends as cleanly as Ctrl-C
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        _dispatch(_parse(arguments or ["--help"]), console)
+    except TensAtlasError as e:
+        console.print(f"tensatlas: {e}", markup=False)
+        sys.exit(USAGE_ERROR)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+
+
+def _parse(arguments: list[str]) -> c.Command:
+    """Parse a command line; the defaults of ``evolve`` are those of the preset it names."""
+    config = preset(_named_preset(arguments))
+    evolve = Annotated[
+        c.Evolve,
+        tyro.conf.subcommand("evolve", default=c.Evolve(run=tyro.MISSING, preset="quick", config=config)),
+    ]
+    kinds: Any = (
+        Annotated[c.Explore, tyro.conf.subcommand("explore")]
+        | evolve
+        | Annotated[c.Resume, tyro.conf.subcommand("resume")]
+        | Annotated[c.Info, tyro.conf.subcommand("info")]
+        | Annotated[c.Export, tyro.conf.subcommand("export")]
+    )
+    return tyro.cli(
+        kinds,
+        prog="tensatlas",
+        description="An interactive atlas of tensegrity soft modular robots.",
+        args=arguments,
+    )
+
+
+def _named_preset(arguments: list[str]) -> str:
+    finder = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    finder.add_argument("--preset", nargs="?", default="quick", const="quick")
+    return finder.parse_known_args(arguments)[0].preset
+
+
+def _dispatch(command: c.Command, console: Console) -> None:
+    match command:
+        case c.Explore():
+            # the app's libraries take a second to import; the other commands do without
+            from app.explore import explore
+
+            explore(command.run, host=command.host, port=command.port)
+        case c.Evolve():
+            _work(command.run, command.workers, command.config, console)
+        case c.Resume():
+            _work(command.run, command.workers, None, console)
+        case c.Info():
+            _info(command.run, command.json)
+        case c.Export():
+            _export(command, console)
+
+
+def _work(path: Path, workers: int, config: Any, console: Console) -> None:
+    if workers < 1:
+        raise InvalidData(f"workers must be at least 1, not {workers}")
+    try:
+        with ProgressDisplay(console) as display:
+            if config is None:
+                run.resume(path, n_threads=workers, observer=display.update)
+            else:
+                run.evolve(path, config, n_threads=workers, observer=display.update)
+    except KeyboardInterrupt:
+        console.print(
+            f"Stopped. Everything finished is saved; go on with: tensatlas resume {path}",
+            markup=False,
+        )
+        raise
+    console.print(f"Finished: {path}. Look at it with: tensatlas explore {path}", markup=False)
+
+
+def _info(path: Path, as_json: bool) -> None:
+    with RunReader(path) as reader:
+        generations = reader.generations()
+        last = generations[-1] if generations else None
+        facts = {
+            "path": str(path),
+            "task": reader.config.task,
+            "algorithm": reader.config.algorithm,
+            "evaluations": reader.n_evaluations(),
+            "budget": reader.config.evaluations,
+            "failed": last.n_failed if last else 0,
+            "generations": len(generations),
+            "seconds": round(last.seconds, 1) if last else 0.0,
+            "created_at": reader.created_at,
+            "live": reader.is_live,
+            "versions": reader.versions,
+            "archives": _archive_facts(last),
+        }
+        if as_json:
+            facts["config"] = dataclasses.asdict(reader.config)
+            facts["hash"] = reader.canonical_hash()
+            print(json.dumps(facts, indent=2))
+            return
+    console = Console(highlight=False, soft_wrap=True)
+    for key in ("task", "algorithm", "generations", "created_at", "live"):
+        console.print(f"{key:<12} {facts[key]}", markup=False)
+    console.print(f"{'evaluations':<12} {facts['evaluations']} of {facts['budget']}", markup=False)
+    console.print(f"{'failed':<12} {facts['failed']}", markup=False)
+    for name, figures in _archive_facts(last).items():
+        console.print(
+            f"{name:<12} best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f}"
+            f" cm, coverage {figures['coverage']:.0%}"
+            if figures["best_cm"] is not None
+            else f"{name:<12} empty",
+            markup=False,
+        )
+
+
+def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
+    if last is None:
+        return {}
+    return {
+        name: {
+            "best_cm": None if f.best is None else round(100 * f.best, 3),
+            "qd_score_cm": round(100 * f.qd_score, 3),
+            "coverage": round(f.coverage, 4),
+        }
+        for name, f in last.archives.items()
+    }
+
+
+def _export(command: c.Export, console: Console) -> None:
+    with RunReader(command.run) as reader:
+        number = find_elite(reader, command.archive, parse_cell(command.cell))
+        write_folder(export_files(reader, number), command.out)
+    console.print(f"Wrote robot {number} to {command.out}; start with its README.md", markup=False)
+
+
+def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:
+    """Return the number of the evaluation that a cell holds after the last generation.
+
+    Raises:
+        RunFileError: the run has no finished generation or no such archive.
+        InvalidData: the cell is empty or lies outside the map.
+    """
+    generations = reader.generations()
+    if not generations or archive not in generations[-1].archives:
+        raise RunFileError(f"{reader.path} has no {archive} archive yet")
+    last = generations[-1]
+    shape = tuple(a.n for a in last.archives[archive].axes)
+    if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
+        limits = " and ".join(f"0..{n - 1}" for n in shape)
+        raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
+    placed = reader.placements(archive, last.number)
+    if cell not in placed:
+        raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
+    return placed[cell]
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,81 @@
+"""The commands' arguments, as dataclasses that tyro turns into a command line."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from engine.config import RunConfig
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Explore:
+    """Open the app in a browser: archives, live runs, replays.
+
+    Without RUN it offers every run in saved_archives/ and runs/.
+    """
+
+    run: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """Run files or folders to offer, the first one opened."""
+    host: str = "127.0.0.1"
+    """Address to listen on. There is no login: anyone who reaches it can start runs."""
+    port: int = 8080
+    """Port to listen on."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Evolve:
+    """Start an evolution, written to a new run file as it goes.
+
+    Every field of the configuration is a flag; what is not given comes from the preset.
+    """
+
+    run: tyro.conf.Positional[Path]
+    """Run file to create, *.tsmr."""
+    preset: str = "quick"
+    """paper (the published experiment), quick (about an hour on two cores) or smoke (seconds)."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+    config: Annotated[RunConfig, tyro.conf.arg(name="")]
+    """What decides the outcome of a run."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Resume:
+    """Go on with an interrupted evolution, exactly as if it had never stopped."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Info:
+    """Say what a run file holds."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    json: bool = False
+    """Print JSON, with the hash that equal runs share."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Export:
+    """Write one robot as a folder: MJCF, genotypes, bill of materials, and what each file is."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: Literal["morphology", "controller"] = "morphology"
+    """Map to take the elite from."""
+    cell: str
+    """Cell of the map, such as 3,7; both count from 0."""
+    out: Path
+    """Folder to create."""
+
+
+Command = Explore | Evolve | Resume | Info | Export

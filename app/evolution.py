@@ -1,0 +1,87 @@
+"""Runs started from the app: each is a process of its own that outlives the browser and the app."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from app.library import NEW_RUNS
+from engine.errors import InvalidData, RunFileError
+from engine.store import SUFFIX, is_being_written, lock_path
+
+START_TIMEOUT = 30.0
+"""Seconds within which a new run must have created its file."""
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
+
+
+def start(name: str, *, preset: str, evaluations: int, seed: int, workers: int) -> Path:
+    """Start an evolution and wait until its run file exists.
+
+    Raises:
+        InvalidData: the name is none for a file.
+        RunFileError: the run did not start; the message is the command line's.
+    """
+    name = name.removesuffix(SUFFIX)
+    if not _NAME.fullmatch(name):
+        raise InvalidData("a run's name has letters, digits, dots, dashes and underscores only")
+    path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
+    flags = {"preset": preset, "evaluations": evaluations, "seed": seed, "workers": workers}
+    arguments = [part for name, value in flags.items() for part in (f"--{name}", str(value))]
+    return _launch(path, ["evolve", str(path), *arguments], must_be_new=True)
+
+
+def resume(path: Path, *, workers: int) -> Path:
+    """Go on with an interrupted run in a process of its own.
+
+    Raises:
+        RunFileError: it did not start.
+    """
+    return _launch(path, ["resume", str(path), "--workers", str(workers)], must_be_new=False)
+
+
+def stop(path: Path) -> None:
+    """Ask the process that writes a run to stop; it saves first.
+
+    Raises:
+        RunFileError: no process is writing the run.
+    """
+    if not is_being_written(path):
+        raise RunFileError(f"{path.name} is not running")
+    try:
+        pid = int(lock_path(path).read_text())
+        os.kill(pid, signal.SIGTERM)
+    except (OSError, ValueError):
+        raise RunFileError(f"{path.name} could not be stopped from here") from None
+
+
+def _launch(path: Path, arguments: list[str], *, must_be_new: bool) -> Path:
+    if must_be_new and path.exists():
+        raise RunFileError(f"{path.name} exists already; choose another name")
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "app", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            start_new_session=True,
+        )
+        deadline = time.monotonic() + START_TIMEOUT
+        while time.monotonic() < deadline:
+            if process.poll() is not None and process.returncode != 0:
+                errors.seek(0)
+                lines = errors.read().decode(errors="replace").strip().splitlines()
+                reason = lines[-1].removeprefix("tensatlas: ") if lines else "it ended at once"
+                raise RunFileError(reason)
+            if process.poll() is not None or (path.exists() and is_being_written(path)):
+                return path
+            time.sleep(0.05)
+    with contextlib.suppress(OSError):
+        process.terminate()
+    raise RunFileError(f"{path.name} did not start within {START_TIMEOUT:.0f} s")

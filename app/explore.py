@@ -1,0 +1,108 @@
+"""The browser app: one viser server, one session per browser."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import viser
+from viser import _messages
+
+from app.library import Library
+from app.session import Session
+from engine.errors import TensAtlasError
+from engine.reader import RunReader
+from viz import theme
+
+
+class ServerError(TensAtlasError):
+    """The app cannot listen where it was asked to."""
+
+
+def explore(places: Sequence[Path], *, host: str, port: int) -> None:
+    """Serve the app until interrupted.
+
+    Args:
+        places: run files and folders to offer; empty for the default ones.
+        host: address to listen on.
+        port: port to listen on.
+
+    Raises:
+        RunFileError: a run file named is missing or damaged.
+        ServerError: the address cannot be listened on.
+    """
+    for place in places:
+        if not place.is_dir():
+            RunReader(place).close()
+    with serve(places, host=host, port=port) as server:
+        shown = f"[{host}]" if ":" in host else host
+        print(f"TensAtlas is at http://{shown}:{server.get_port()} (Ctrl-C ends it)", flush=True)
+        stopped = threading.Event()
+        with contextlib.suppress(KeyboardInterrupt):
+            while not stopped.wait(1.0):
+                pass
+
+
+@contextlib.contextmanager
+def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.ViserServer]:
+    """Run the server within a ``with`` block.
+
+    Raises:
+        ServerError: the address cannot be listened on.
+    """
+    check_address(host, port)
+    library = Library(places)
+    server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
+    # any browser could otherwise open a tunnel that shares the server with the world
+    server._websock_server.unregister_handler(_messages.ShareUrlRequest)
+    server.gui.configure_theme(
+        dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
+    )
+    sessions: dict[int, Session] = {}
+    mutex = threading.Lock()
+
+    @server.on_client_connect
+    def _(client: viser.ClientHandle) -> None:
+        session = Session(client, library)
+        with mutex:
+            sessions[client.client_id] = session
+
+    @server.on_client_disconnect
+    def _(client: viser.ClientHandle) -> None:
+        with mutex:
+            session = sessions.pop(client.client_id, None)
+        if session is not None:
+            session.close()
+
+    try:
+        yield server
+    finally:
+        with mutex:
+            for session in sessions.values():
+                session.close()
+        server.stop()
+        library.close()
+
+
+def check_address(host: str, port: int) -> None:
+    """Make sure that an address can be listened on: viser would move on to another port.
+
+    Raises:
+        ServerError: it cannot.
+    """
+    if not 0 <= port <= 65535:
+        raise ServerError(f"port must be from 0 to 65535, not {port}")
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except OSError as e:
+        raise ServerError(
+            f"cannot listen on {host}:{port} ({e.strerror}); choose another with --port or --host"
+        ) from None

@@ -1,0 +1,122 @@
+"""The run files on offer, opened once for all browsers, and a watch on those that are shown."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from engine.errors import RunFileError
+from engine.reader import RunReader
+from engine.store import SUFFIX
+
+POLL_INTERVAL = 0.4
+"""Seconds between two looks at the shown runs."""
+PROJECT_ARCHIVES = Path(__file__).resolve().parent.parent / "saved_archives"
+NEW_RUNS = Path("runs")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RunStatus:
+    """How far a run is: what a watcher compares."""
+
+    generation: int | None
+    n_evaluations: int
+    live: bool
+
+
+Listener = Callable[[Path, RunStatus], None]
+
+
+class Library:
+    """Finds runs, keeps their readers, tells listeners when a watched run moves on.
+
+    Args:
+        places: run files and folders to offer; empty for the shipped archives and ``runs/``.
+    """
+
+    def __init__(self, places: Sequence[Path] = ()) -> None:
+        self._places = tuple(places) or (PROJECT_ARCHIVES, NEW_RUNS)
+        self._readers: dict[Path, tuple[int, RunReader]] = {}
+        self._mutex = threading.Lock()
+        self._listeners: dict[object, tuple[Path, Listener, RunStatus | None]] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="library", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop watching and close all files."""
+        self._stop.set()
+        self._thread.join()
+        with self._mutex:
+            for _, reader in self._readers.values():
+                reader.close()
+            self._readers.clear()
+
+    def runs(self) -> list[Path]:
+        """Return the run files on offer: those named first, then by name; a new run appears by itself."""
+        found: dict[Path, None] = {}
+        for place in self._places:
+            if place.is_dir():
+                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
+            else:
+                found[place] = None
+        if NEW_RUNS.is_dir():
+            found |= dict.fromkeys(sorted(p for p in NEW_RUNS.iterdir() if p.suffix == SUFFIX))
+        return list(dict.fromkeys(p.resolve() for p in found))
+
+    def reader(self, path: Path) -> RunReader:
+        """Return the shared reader of a run; a file that was replaced is opened anew.
+
+        Raises:
+            RunFileError: it cannot be opened.
+        """
+        with self._mutex:
+            try:
+                inode = path.stat().st_ino
+            except OSError:
+                raise RunFileError(f"{path} does not exist any more") from None
+            known = self._readers.get(path)
+            if known is None or known[0] != inode:
+                known = (inode, RunReader(path))
+                self._readers[path] = known
+            return known[1]
+
+    def status(self, path: Path) -> RunStatus:
+        """Return how far a run is.
+
+        Raises:
+            RunFileError: it cannot be read.
+        """
+        reader = self.reader(path)
+        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
+
+    def watch(self, key: object, path: Path, listener: Listener) -> None:
+        """Call a listener whenever a run moves on; a key has one watch at a time."""
+        with self._mutex:
+            self._listeners[key] = (path, listener, None)
+
+    def unwatch(self, key: object) -> None:
+        """End a key's watch."""
+        with self._mutex:
+            self._listeners.pop(key, None)
+
+    def _watch(self) -> None:
+        while not self._stop.wait(POLL_INTERVAL):
+            with self._mutex:
+                watched = dict(self._listeners)
+            statuses: dict[Path, RunStatus] = {}
+            for key, (path, listener, before) in watched.items():
+                try:
+                    status = statuses.get(path) or self.status(path)
+                except RunFileError:
+                    continue  # shown again as soon as it can be read again
+                statuses[path] = status
+                if status == before:
+                    continue
+                with self._mutex:
+                    if self._listeners.get(key, (None, None, None))[1] is listener:
+                        self._listeners[key] = (path, listener, status)
+                if before is not None:
+                    listener(path, status)

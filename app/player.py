@@ -1,0 +1,152 @@
+"""Playback of one robot for one browser: simulates ahead on one thread, shows frames on another."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from engine.replay import UPDATES_PER_FRAME, Frame, Replay
+
+SHOW_INTERVAL = 1 / 25
+"""Seconds between two frames on the screen."""
+
+
+class Player:
+    """Plays a replay while it is still being simulated.
+
+    Args:
+        show: called with the replay, the frame and the time whenever another frame is due; on the
+            player's own thread.
+        changed: called when playing stops or starts by itself.
+    """
+
+    def __init__(self, show: Callable[[Replay, int], None], changed: Callable[[], None]) -> None:
+        self._show = show
+        self._changed = changed
+        self._mutex = threading.Lock()
+        self._wake = threading.Event()
+        self._closed = False
+        self._replay: Replay | None = None
+        self._shown: tuple[Replay, int] | None = None
+        self.time = 0.0
+        self.playing = False
+        self.speed = 1.0
+        self.loop = False
+        self.until = 0.0
+        self._thread = threading.Thread(target=self._run, name="player", daemon=True)
+        self._thread.start()
+
+    @property
+    def replay(self) -> Replay | None:
+        """What is being played."""
+        return self._replay
+
+    def load(self, replay: Replay) -> None:
+        """Play another replay from its first frame."""
+        with self._mutex:
+            if self._replay is not None:
+                self._replay.cancel()
+            self._replay = replay
+            self._shown = None
+            self.time = -replay.settle_time
+            self.until = replay.trial_time
+            self.playing = True
+        self._simulate(replay, replay.trial_time)
+        self._wake.set()
+
+    def play(self) -> None:
+        """Go on, from the start if the end was reached."""
+        with self._mutex:
+            if self._replay is not None and self.time >= self.until - 1e-6:
+                self.time = -self._replay.settle_time
+            self.playing = self._replay is not None
+        self._wake.set()
+
+    def pause(self) -> None:
+        """Hold the frame that is shown."""
+        self.playing = False
+
+    def seek(self, moment: float) -> None:
+        """Go to a time of the trial's clock, in s."""
+        with self._mutex:
+            if self._replay is not None:
+                self.time = min(max(moment, -self._replay.settle_time), self.until)
+        self._wake.set()
+
+    def extend(self, seconds: float) -> None:
+        """Simulate and play past the evaluated end."""
+        with self._mutex:
+            replay = self._replay
+            if replay is None:
+                return
+            self.until += seconds
+            self.playing = True
+        self._simulate(replay, self.until)
+        self._wake.set()
+
+    def close(self) -> None:
+        """End both threads."""
+        self._closed = True
+        if self._replay is not None:
+            self._replay.cancel()
+        self._wake.set()
+
+    def _simulate(self, replay: Replay, until: float) -> None:
+        threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True).start()
+
+    def _run(self) -> None:
+        last = time.monotonic()
+        while not self._closed:
+            if not self.playing:
+                self._wake.wait(0.2)
+            self._wake.clear()
+            now = time.monotonic()
+            self._advance(now - last)
+            last = now
+            self._show_current()
+            time.sleep(max(0.0, SHOW_INTERVAL - (time.monotonic() - now)))
+
+    def _advance(self, elapsed: float) -> None:
+        ended = False
+        with self._mutex:
+            replay = self._replay
+            if replay is None or not self.playing:
+                return
+            frames = replay.frames
+            # never run ahead of the simulation
+            frontier = frames[-1].time if frames else -replay.settle_time
+            self.time = min(self.time + elapsed * self.speed, max(frontier, self.time))
+            if self.time >= self.until - 1e-6 or (replay.failure and self.time >= frontier):
+                if self.loop and not replay.failure:
+                    self.time = -replay.settle_time
+                else:
+                    self.playing = False
+                    ended = True
+        if ended:
+            self._changed()
+
+    def _show_current(self) -> None:
+        with self._mutex:
+            replay = self._replay
+            if replay is None or not replay.frames:
+                return
+            index = self.frame_index(replay)
+            if self._shown == (replay, index):
+                return
+            self._shown = (replay, index)
+        self._show(replay, index)
+
+    def frame_index(self, replay: Replay) -> int:
+        """Return the index of the frame that is due, at most the last simulated one."""
+        period = replay.config.physics.control_period * UPDATES_PER_FRAME
+        due = round((self.time + replay.settle_time) / period) - 1
+        return min(max(due, 0), len(replay.frames) - 1)
+
+
+def current_frame(player: Player) -> Frame | None:
+    """Return the frame that is due, or None before the first one."""
+    replay = player.replay
+    if replay is None or not replay.frames:
+        return None
+    return replay.frames[player.frame_index(replay)]

@@ -1,0 +1,295 @@
+"""One browser: its selection, its panels, its replay. Runs belong to the server."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec
+
+import viser
+from engine.export import export_files, zip_bytes
+
+from app import evolution, robot_panel, transport
+from app.archives_panel import ArchivesPanel
+from app.archives_panel import Events as ArchiveEvents
+from app.arena import Arena
+from app.library import Library, RunStatus
+from app.player import Player
+from engine.archive import Cell
+from engine.errors import InvalidData, TensAtlasError
+from engine.evaluation import Evaluation
+from engine.reader import Generation, RunReader
+from engine.records import cell_name
+from engine.replay import Replay
+from engine.tasks import get_task
+from viz.heatmap import Heatmap
+from viz.maps import load_maps
+
+P = ParamSpec("P")
+
+
+@dataclasses.dataclass(slots=True)
+class Selection:
+    """A clicked cell and the robot it held."""
+
+    archive: str
+    cell: Cell
+    number: int
+
+
+class Session:
+    """Builds the panels of a client and connects them.
+
+    Args:
+        client: the browser.
+        library: the runs on offer.
+    """
+
+    def __init__(self, client: viser.ClientHandle, library: Library) -> None:
+        self._client = client
+        self._library = library
+        self._mutex = threading.RLock()
+        self._path: Path | None = None
+        self._generations: list[Generation] = []
+        self._shown: int | None = None
+        self._follow_newest = True
+        self._maps: dict[str, Heatmap] = {}
+        self._selection: Selection | None = None
+        self._evaluation: Evaluation | None = None
+        self._arena = Arena(client)
+        self._player = Player(self._show_frame, self._player_stopped)
+        self._archives = ArchivesPanel(
+            client,
+            ArchiveEvents(
+                run_chosen=self._guarded(self.open_run),
+                generation_chosen=self._guarded(self.show_generation),
+                cell_clicked=self._guarded(self.pick),
+            ),
+        )
+        self._robot = robot_panel.RobotPanel(
+            client,
+            robot_panel.Events(
+                export=self._guarded(self.export),
+                start=self._guarded(self.start_run),
+                stop=self._guarded(self.stop_run),
+                resume=self._guarded(self.resume_run),
+            ),
+        )
+        self._transport = transport.TransportPanel(
+            client,
+            self._player,
+            transport.Events(trial_chosen=self._guarded(self.choose_trial), follow_changed=self._set_follow),
+        )
+        self._guarded(self._open_first)()
+
+    def close(self) -> None:
+        """End the threads of a browser that has gone."""
+        self._library.unwatch(self)
+        self._player.close()
+
+    def open_run(self, path: Path) -> None:
+        """Show another run.
+
+        Raises:
+            RunFileError: it cannot be read.
+        """
+        reader = self._library.reader(path)
+        self._path, self._maps, self._selection = path, {}, None
+        self._generations, self._shown, self._follow_newest = [], None, True
+        task = get_task(reader.config.task)
+        self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
+        self._archives.offer(self._library.runs(), path)
+        self._update(reader, self._library.status(path))
+        self._library.watch(self, path, self._run_moved)
+
+    def show_generation(self, number: int) -> None:
+        """Show the maps as they were at the end of a generation."""
+        reader = self._reader()
+        if not self._generations:
+            return
+        number = min(max(number, 0), self._generations[-1].number)
+        self._follow_newest = number == self._generations[-1].number
+        self._draw(reader, number)
+
+    def pick(self, archive: str, cell: Cell) -> None:
+        """Choose the robot of a cell and replay it; say so if the cell is empty."""
+        reader = self._reader()
+        heatmap = self._maps.get(archive)
+        if heatmap is None or len(cell) != 2:
+            return
+        if any(i >= a.n for i, a in zip(cell, heatmap.axes, strict=True)):
+            return
+        if self._shown is None or cell not in heatmap.tiles:
+            self._notify(
+                "Empty cell",
+                f"No robot of the {archive} map has been found for {_describe(heatmap, cell)}.",
+            )
+            return
+        number = reader.placements(archive, self._shown)[cell]
+        self._selection = Selection(archive, cell, number)
+        self._evaluation = reader.evaluation(number)
+        self._robot.show_robot(
+            reader.config,
+            self._evaluation,
+            f"{archive} cell {cell_name(cell)}",
+            reader.generation_of(number),
+        )
+        self._redraw_maps()
+        self.choose_trial(0, 0)
+
+    def choose_trial(self, target: int, repeat: int) -> None:
+        """Replay a trial of the chosen robot."""
+        if self._evaluation is None:
+            self._notify("No robot chosen", "Click a filled cell of a map first.")
+            return
+        replay = Replay(self._reader().config, self._evaluation, target=target, repeat=repeat)
+        self._transport.select_trial(target, repeat)
+        self._player.load(replay)
+        self._transport.refresh()
+
+    def export(self) -> None:
+        """Send the chosen robot to the browser as a zip file."""
+        if self._selection is None:
+            raise InvalidData("Click a filled cell of a map first.")
+        reader = self._reader()
+        name = f"{reader.path.stem}_robot_{self._selection.number}"
+        files = export_files(reader, self._selection.number)
+        self._client.send_file_download(f"{name}.zip", zip_bytes(files, name))
+
+    def start_run(self, name: str, preset: str, evaluations: int, seed: int, workers: int) -> None:
+        """Start an evolution and show it."""
+        path = evolution.start(name, preset=preset, evaluations=evaluations, seed=seed, workers=workers)
+        self.open_run(path)
+        self._notify("Started", f"{path.name} evolves in a process of its own.")
+
+    def stop_run(self) -> None:
+        """Stop the shown run."""
+        if self._path is not None:
+            evolution.stop(self._path)
+            self._notify("Stopping", f"{self._path.name} saves what is finished and stops.")
+
+    def resume_run(self) -> None:
+        """Go on with the shown run."""
+        reader = self._reader()
+        evolution.resume(reader.path, workers=os.cpu_count() or 1)
+        self._update(reader, self._library.status(reader.path))
+
+    def _open_first(self) -> None:
+        paths = self._library.runs()
+        self._archives.offer(paths, None)
+        problems = []
+        for path in paths:
+            try:
+                self.open_run(path)
+                break
+            except TensAtlasError as e:
+                problems.append(str(e))
+        else:
+            self._archives.show_nothing(
+                "There is no run to show yet. Start one under “New run” on the right, or run"
+                " <code>tensatlas evolve runs/first.tsmr</code>."
+            )
+        for problem in problems:
+            self._notify("A run cannot be shown", problem)
+
+    def _run_moved(self, path: Path, status: RunStatus) -> None:
+        def update() -> None:
+            if path == self._path:
+                self._archives.offer(self._library.runs(), path)
+                self._update(self._library.reader(path), status)
+
+        self._guarded(update)()
+
+    def _update(self, reader: RunReader, status: RunStatus) -> None:
+        """Bring everything up to date with a run file."""
+        after = self._generations[-1].number if self._generations else -1
+        new = reader.generations(after)
+        self._generations += new
+        budget = reader.config.evaluations
+        last = self._generations[-1] if self._generations else None
+        self._archives.show_status(reader, last, status.n_evaluations, status.live)
+        self._robot.show_run(status.n_evaluations, budget, status.live)
+        if new and last is not None:
+            if self._follow_newest:
+                self._draw(reader, last.number)
+            elif self._shown is not None:
+                self._archives.show_trend(self._generations, self._shown)
+
+    def _draw(self, reader: RunReader, number: int) -> None:
+        before = self._maps if self._shown is not None and self._shown < number else None
+        generation = next(g for g in self._generations if g.number == number)
+        maps = load_maps(reader, generation)
+        if before:
+            maps = {name: _with_fresh(m, before.get(name)) for name, m in maps.items()}
+        self._maps, self._shown = maps, number
+        self._redraw_maps()
+        self._archives.show_trend(self._generations, number)
+
+    def _redraw_maps(self) -> None:
+        if self._shown is None:
+            return
+        generation = next(g for g in self._generations if g.number == self._shown)
+        placed = {name: self._reader().placements(name, self._shown) for name in self._maps}
+        maps = {}
+        for name, heatmap in self._maps.items():
+            chosen = self._selection
+            cell = linked = None
+            if chosen is not None:
+                held = [c for c, n in placed[name].items() if n == chosen.number]
+                if name == chosen.archive:
+                    cell = held[0] if held else None
+                else:
+                    linked = held[0] if held else None
+            maps[name] = dataclasses.replace(heatmap, selected=cell, linked=linked)
+        self._archives.show_maps(maps, generation)
+
+    def _reader(self) -> RunReader:
+        if self._path is None:
+            raise InvalidData("Choose a run first.")
+        return self._library.reader(self._path)
+
+    def _show_frame(self, replay: Replay, index: int) -> None:
+        self._arena.show(replay, index)
+        self._transport.tick()
+
+    def _player_stopped(self) -> None:
+        self._transport.refresh()
+
+    def _set_follow(self, follow: bool) -> None:
+        self._arena.follow = follow
+
+    def _notify(self, title: str, body: str) -> None:
+        self._client.add_notification(title, body, auto_close_seconds=6.0)
+
+    def _guarded(self, action: Callable[P, None]) -> Callable[P, None]:
+        """Return an action that runs alone in its session and reports a user's error as a notice."""
+
+        def run(*args: P.args, **kwargs: P.kwargs) -> None:
+            with self._mutex:
+                try:
+                    action(*args, **kwargs)
+                except TensAtlasError as e:
+                    self._notify("That did not work", str(e))
+
+        return run
+
+
+def _with_fresh(heatmap: Heatmap, before: Heatmap | None) -> Heatmap:
+    """Mark the cells that a heatmap's predecessor did not hold alike."""
+    if before is None or before.axes != heatmap.axes:
+        return heatmap
+    fresh = frozenset(c for c, t in heatmap.tiles.items() if before.tiles.get(c) != t)
+    return dataclasses.replace(heatmap, fresh=fresh)
+
+
+def _describe(heatmap: Heatmap, cell: Cell) -> str:
+    """Return what the cell of a map stands for."""
+    parts = []
+    for axis, i in zip(heatmap.axes, cell, strict=True):
+        value = axis.lower + (i + 0.5) * (axis.upper - axis.lower) / axis.n
+        text = f"{value:.0f}" if axis.name == "modules" else f"{value:.1f}"
+        parts.append(f"{axis.name} {text}")
+    return " and ".join(parts)

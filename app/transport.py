@@ -1,0 +1,181 @@
+"""The bottom panel of one browser: play, pause, scrub, speed, which trial."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import viser
+
+from app.player import Player, current_frame
+from viz.robot_card import target_name
+
+SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
+WIDTH = 760
+EXTENSION = 20.0
+UPDATE_INTERVAL = 0.2
+"""Seconds of playing between two updates of the slider."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Events:
+    """What the panel reports."""
+
+    trial_chosen: Callable[[int, int], None]
+    follow_changed: Callable[[bool], None]
+
+
+class TransportPanel:
+    """Controls a player and shows where it is."""
+
+    def __init__(self, client: viser.ClientHandle, player: Player, events: Events) -> None:
+        gui = client.gui
+        self._player = player
+        self._shown_time = -1e9
+        self._targets: tuple[str, ...] = ()
+        panel = gui.add_panel()
+        with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
+            gui.add_html(_LAYOUT)
+            self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
+            self._slider = gui.add_slider(
+                "Time",
+                min=-3.0,
+                max=40.0,
+                step=0.1,
+                initial_value=-3.0,
+                hint="Seconds since the target was placed; before 0 the robot settles",
+            )
+            self._more = gui.add_button(
+                f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
+            )
+            self._target = gui.add_dropdown("Target", ("-",), hint="Which target it crawls to")
+            self._seed = gui.add_dropdown("Seed", ("1",), hint="Which noise it was evaluated with")
+            self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
+            self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
+            self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
+            self._text = gui.add_html(_text("Click a filled cell of a map to watch its robot."))
+        panel.float(x=20, y=-15, width=WIDTH)
+
+        @self._play.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            player.pause() if player.playing else player.play()
+            self.refresh()
+
+        @self._slider.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and isinstance(event.target.value, int | float):
+                player.seek(float(event.target.value))
+
+        @self._more.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            player.extend(EXTENSION)
+            self.refresh()
+
+        @self._speed.on_update
+        def _(event: viser.GuiEvent) -> None:
+            player.speed = SPEEDS.get(str(event.target.value), 1.0)
+
+        @self._loop.on_update
+        def _(event: viser.GuiEvent) -> None:
+            player.loop = event.target.value is True
+
+        @self._follow.on_update
+        def _(event: viser.GuiEvent) -> None:
+            events.follow_changed(event.target.value is True)
+
+        @self._target.on_update
+        @self._seed.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is None or self._target.value not in self._targets:
+                return
+            seed = str(self._seed.value)
+            if seed in self._seed.options and seed.isdecimal():
+                events.trial_chosen(self._targets.index(self._target.value), int(seed) - 1)
+
+    def set_trials(self, bearings: Sequence[float], repeats: int) -> None:
+        """Offer the trials of a run."""
+        self._targets = tuple(f"{k + 1}: {target_name(b)}" for k, b in enumerate(bearings))
+        if tuple(self._target.options) != self._targets:
+            self._target.options = self._targets
+        seeds = tuple(str(k + 1) for k in range(repeats))
+        if tuple(self._seed.options) != seeds:
+            self._seed.options = seeds
+
+    def select_trial(self, target: int, repeat: int) -> None:
+        """Show which trial is played."""
+        self._target.value = self._targets[target]
+        self._seed.value = str(repeat + 1)
+
+    def refresh(self) -> None:
+        """Show where the player is."""
+        player, replay = self._player, self._player.replay
+        if replay is None:
+            return
+        self._play.label = "Pause" if player.playing else "Play"
+        if self._slider.min != -replay.settle_time:
+            self._slider.min = -replay.settle_time
+        if self._slider.max != player.until:
+            self._slider.max = player.until
+        self._slider.value = round(min(max(player.time, self._slider.min), self._slider.max), 1)
+        self._shown_time = player.time
+        self._text.content = _text(describe(player))
+
+    def tick(self) -> None:
+        """Refresh now and then while playing."""
+        if abs(self._player.time - self._shown_time) >= UPDATE_INTERVAL * max(self._player.speed, 1):
+            self.refresh()
+
+
+def describe(player: Player) -> str:
+    """Return one line about the moment that a player shows."""
+    replay = player.replay
+    if replay is None:
+        return ""
+    moment = player.time
+    if replay.failure:
+        return f"The simulation failed: {replay.failure}"
+    if moment < 0:
+        return f"{moment:.1f} s · the robot settles, its servos off"
+    parts = [f"{moment:.1f} s"]
+    frame = current_frame(player)
+    if replay.target is not None and frame is not None:
+        gap = float(np.linalg.norm(frame.head - replay.target))
+        parts.append(f"head {100 * gap:.1f} cm from the target")
+    if replay.final_distance is not None:
+        stored = float(replay.evaluation.distances[replay.target_index, replay.repeat])
+        same = (
+            "exactly as evaluated"
+            if replay.final_distance == stored
+            else (f"evaluated elsewhere as {100 * stored:.2f} cm")
+        )
+        parts.append(f"{100 * replay.final_distance:.2f} cm at {replay.trial_time:.0f} s, {same}")
+    elif replay.frames and replay.frames[-1].time < replay.trial_time - 0.1:
+        parts.append(f"simulated to {max(replay.frames[-1].time, 0):.0f} s")
+    return " · ".join(parts)
+
+
+def _text(line: str) -> str:
+    return f'<div class="ta-replay" style="font-size:12.5px;opacity:.85;padding:4px 10px 6px">{line}</div>'
+
+
+# one row for time, one for the choices, one for the text; a phone keeps viser's single column
+_LAYOUT = """<style class="ta-transport">
+@media (min-width: 701px) {
+  div:has(> div > .ta-transport) {
+    display: grid; grid-template-columns: repeat(20, 1fr); align-items: center; row-gap: 2px;
+    padding: 8px 4px 2px;
+  }
+  div:has(> div > .ta-transport) > * { grid-column: span 20; padding-bottom: 0 !important; }
+  div:has(> div > .ta-transport) > :nth-child(1) { display: none; }
+  div:has(> div > .ta-transport) > :nth-child(2) { grid-column: span 3; }
+  div:has(> div > .ta-transport) > :nth-child(3) { grid-column: span 14; padding-top: 6px; }
+  div:has(> div > .ta-transport) > :nth-child(4) { grid-column: span 3; }
+  div:has(> div > .ta-transport) > :nth-child(5) { grid-column: span 6; }
+  div:has(> div > .ta-transport) > :nth-child(6),
+  div:has(> div > .ta-transport) > :nth-child(7) { grid-column: span 4; }
+  div:has(> div > .ta-transport) > :nth-child(8),
+  div:has(> div > .ta-transport) > :nth-child(9) { grid-column: span 3; }
+  div:has(> div > .ta-transport) > * > div > div:has(label) { width: auto !important; }
+}
+</style>"""

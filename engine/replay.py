@@ -1,0 +1,149 @@
+"""One trial simulated afresh, frame by frame, exactly as it was evaluated."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from typing import Final
+
+import numpy as np
+
+from engine.config import RunConfig
+from engine.errors import InvalidData
+from engine.evaluation import Evaluation, noise_seed
+from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, settle
+from engine.tasks import get_task, target_offsets
+
+UPDATES_PER_FRAME: Final = 2
+"""Control updates between two recorded frames: 25 frames a second at 50 Hz."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Frame:
+    """A robot at one moment.
+
+    Attributes:
+        time: seconds since the trial's clock started; negative while the robot settles.
+        pose: (modules, 6, 7) float32 positions (m) and quaternions (w, x, y, z) of the rods.
+        lengths: (modules, 5) float32 commanded lengths of the internal cables, in m.
+        head: (2,) float32 horizontal position of the head, in m.
+    """
+
+    time: float
+    pose: np.ndarray
+    lengths: np.ndarray
+    head: np.ndarray
+
+
+class Replay:
+    """Simulates one trial of an evaluated solution; frames can be read while it runs.
+
+    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+
+    Args:
+        config: of the run that the evaluation belongs to.
+        evaluation: what to replay.
+        target, repeat: which of its trials.
+
+    Raises:
+        InvalidData: there is no such target or repeat.
+    """
+
+    def __init__(
+        self, config: RunConfig, evaluation: Evaluation, *, target: int = 0, repeat: int = 0
+    ) -> None:
+        task = get_task(config.task)
+        if not 0 <= target < task.n_targets:
+            raise InvalidData(f"target must be from 0 to {task.n_targets - 1}, not {target}")
+        if not 0 <= repeat < config.trials.repeats:
+            raise InvalidData(f"repeat must be from 0 to {config.trials.repeats - 1}, not {repeat}")
+        self.config = config
+        self.evaluation = evaluation
+        self.target_index = target
+        self.repeat = repeat
+        self.frames: list[Frame] = []
+        self.target: np.ndarray | None = None
+        """(2,) the target in the world, in m, once the robot has settled."""
+        self.final_distance: float | None = None
+        """From head to target at the end of the evaluated time, in m, once it is reached."""
+        self.failure: str | None = None
+        self._loop: ClosedLoop | None = None
+        self._cancelled = threading.Event()
+        self._advancing = threading.Lock()
+
+    @property
+    def trial_time(self) -> float:
+        """Seconds that were evaluated."""
+        return self.config.trials.trial_time
+
+    @property
+    def settle_time(self) -> float:
+        """Seconds of settling before the trial's clock starts."""
+        return self.config.trials.settle_time
+
+    def cancel(self) -> None:
+        """Make ``advance`` return soon, and at once from then on."""
+        self._cancelled.set()
+
+    def advance(self, until: float) -> None:
+        """Simulate until a time of the trial's clock, in s, a failure or ``cancel``."""
+        with self._advancing:
+            try:
+                if self._loop is None:
+                    self._start()
+                assert self._loop is not None
+                period = self.config.physics.control_period
+                while self.failure is None:
+                    elapsed = self._loop.sim.time - self.settle_time
+                    if elapsed > until - period / 2:
+                        break
+                    self._loop.update()
+                    self._observe(self._loop.sim)
+                    if abs(elapsed + period - self.trial_time) < period / 2:
+                        self.final_distance = float(self._loop.distance()[0, 0])
+            except _CancelledError:
+                return
+
+    def _start(self) -> None:
+        config, solution = self.config, self.evaluation.solution
+        task = get_task(config.task)
+        robots = build_robots([solution.morphology], task, config.physics)
+        self._head = Head.of(solution.morphology, self.evaluation.head_is_end)
+        settled = settle(
+            robots,
+            physics=config.physics,
+            duration=self.settle_time,
+            observer=self._observe,
+        )
+        self._loop = ClosedLoop(
+            settled,
+            robots,
+            heads=[self._head],
+            controllers=[solution.controller],
+            targets=target_offsets(task)[None, self.target_index, None],
+            seeds=[[noise_seed(config.seed, solution.number, self.target_index, self.repeat)]],
+            task=task,
+            physics=config.physics,
+        )
+        self.target = self._loop.targets[0, 0]
+
+    def _observe(self, sim: SimulationBatch) -> None:
+        if self._cancelled.is_set():
+            raise _CancelledError
+        self.failure = sim.failure[0]
+        if sim.n_updates % UPDATES_PER_FRAME:
+            return
+        pose = sim.qpos[0, 0].reshape(sim.n_modules, -1, 7).astype(np.float32)
+        head = pose[self._head.module, list(self._head.front), :2].mean(axis=0)
+        self.frames.append(
+            Frame(
+                time=sim.time - self.settle_time,
+                pose=pose,
+                lengths=sim.commanded[0, 0].astype(np.float32),
+                head=head,
+            )
+        )
+
+
+class _CancelledError(Exception):
+    pass

@@ -1,0 +1,102 @@
+"""What there is to know about a robot, as HTML for a narrow panel."""
+
+from __future__ import annotations
+
+import html
+import math
+
+import numpy as np
+
+from engine.config import RunConfig
+from engine.evaluation import Evaluation
+from engine.tasks import get_task
+from engine.tensegrity import stiffness_n_per_m
+
+_ROW = (
+    '<div style="display:flex;justify-content:space-between;gap:10px;padding:2px 0">'
+    '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
+)
+
+
+def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int | None) -> str:
+    """Return a robot's card.
+
+    Args:
+        config: of its run.
+        evaluation: the robot.
+        where: the map and cell it was picked from.
+        entered: the generation it was evaluated in.
+    """
+    solution, task = evaluation.solution, get_task(config.task)
+    body = solution.morphology
+    f_s = None if evaluation.fitness is None else 100 * (task.target_distance - evaluation.fitness)
+    parts = [
+        '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
+        f'<div style="font-size:17px;font-weight:600">Robot {solution.number}'
+        f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
+        _headline(f_s),
+        _ROW.format("modules", body.n_modules),
+        _ROW.format(
+            "stiffness",
+            f"{body.stiffness:.1f} · {stiffness_n_per_m(body.stiffness):.1f} N/m",
+        ),
+        _ROW.format("faces", " ".join(map(str, body.faces))),
+        _ROW.format("head", "last module" if evaluation.head_is_end else "first module"),
+        _ROW.format("descends from", _origin(evaluation)),
+    ]
+    if entered is not None:
+        parts.append(_ROW.format("generation", entered))
+    if evaluation.failure:
+        parts.append(f'<div style="color:#ff7b72">failed: {html.escape(evaluation.failure)}</div>')
+    parts.append(_targets(config, evaluation))
+    parts.append("</div>")
+    return "".join(parts)
+
+
+def target_name(bearing: float) -> str:
+    """Return a bearing in rad for people, such as ``45° left``."""
+    degrees = round(abs(math.degrees(bearing)))
+    side = "left" if bearing > 0 else "right"
+    return "straight ahead" if degrees == 0 else f"{degrees}° {side}"
+
+
+def _headline(f_s: float | None) -> str:
+    if f_s is None:
+        return ""
+    return (
+        f'<div style="margin:2px 0 6px"><span style="font-size:22px;font-weight:600">{f_s:.1f} cm'
+        '</span><span style="opacity:.65"> fitness f<sub>s</sub></span></div>'
+    )
+
+
+def _origin(evaluation: Evaluation) -> str:
+    s = evaluation.solution
+    if s.parent is None:
+        return "nobody (random)"
+    what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
+    return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
+
+
+def _targets(config: RunConfig, evaluation: Evaluation) -> str:
+    """Return a bar per target: how far from it the head ended, mean and spread over the repeats."""
+    task = get_task(config.task)
+    start = 100 * task.target_distance
+    rows = []
+    for bearing, distances in zip(task.target_bearings, 100 * evaluation.distances, strict=True):
+        if not np.isfinite(distances).all():
+            continue
+        mean, spread = distances.mean(), np.ptp(distances) / 2
+        width = 100 * min(max(1 - mean / start, 0.0), 1.0)
+        tail = f" ± {spread:.1f}" if len(distances) > 1 else ""
+        rows.append(
+            '<div style="display:grid;grid-template-columns:72px 1fr 92px;gap:8px;align-items:center">'
+            f'<span style="opacity:.65">{target_name(bearing)}</span>'
+            '<span style="height:7px;border-radius:4px;background:rgba(128,128,128,.25)">'
+            f'<span style="display:block;height:7px;border-radius:4px;width:{width:.0f}%;'
+            'background:#36b3a0"></span></span>'
+            f'<span style="text-align:right">{mean:.1f}{tail} cm</span></div>'
+        )
+    return (
+        '<div style="margin-top:8px;opacity:.65">final distance to each target '
+        f"(at first {start:.0f} cm)</div>" + "".join(rows)
+    )

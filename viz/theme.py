@@ -1,0 +1,30 @@
+"""The colours everything is drawn with."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from plotly.colors import sample_colorscale, unlabel_rgb
+
+MAPS: Final = {"viridis": "Viridis", "cividis": "Cividis"}
+"""Perceptually uniform colour maps on offer; cividis also reads the same to the colour-blind."""
+
+ACCENT: Final = (54, 179, 160)
+SELECTED: Final = "#ff5d8f"
+LINKED: Final = "#ffb454"
+ROD: Final = (196, 201, 209)
+SERVO_ROD: Final = (240, 138, 60)
+HEAD_ROD: Final = (54, 199, 178)
+NODE: Final = (120, 128, 140)
+CABLE_SLACK: Final = (48, 60, 80)
+CABLE_TAUT: Final = (92, 156, 222)
+SERVO_SLACK: Final = (112, 74, 48)
+SERVO_TAUT: Final = (255, 160, 64)
+TARGET: Final = (46, 204, 224)
+TRAIL: Final = (255, 93, 143)
+
+
+def color_at(part: float, name: str = "viridis") -> str:
+    """Return the ``#rrggbb`` colour at a part, 0 to 1, of a colour map."""
+    rgb = sample_colorscale(MAPS[name], [min(max(part, 0.0), 1.0)])[0]
+    return "#" + "".join(f"{round(c):02x}" for c in unlabel_rgb(rgb))
