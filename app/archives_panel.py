@@ -10,6 +10,7 @@ from pathlib import Path
 import viser
 
 from app.clicks import ClickChannel
+from app.widgets import put
 from engine.archive import Cell
 from engine.reader import Generation, RunReader
 from viz import trend
@@ -77,8 +78,8 @@ class ArchivesPanel:
         if labels != tuple(self._picker.options):
             self._picker.options = labels
         for label, path in self._paths.items():
-            if path == chosen and self._picker.value != label:
-                self._picker.value = label
+            if path == chosen:
+                put(self._picker, label)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""
@@ -119,8 +120,8 @@ class ArchivesPanel:
                 continue
             f = generation.archives[name]
             title = (
-                '<div style="padding:0 10px"><div style="display:flex;justify-content:space-between;align-items:baseline;'
-                'margin:2px 0 3px"><b style="font-size:13px">' + TITLES[name] + "</b>"
+                '<div style="padding:0 10px"><div style="display:flex;justify-content:space-between;'
+                'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px">' + TITLES[name] + "</b>"
                 '<span style="font-size:11.5px;opacity:.75">'
                 f"{len(heatmap.tiles)} cells, {f.coverage:.0%} · QD score {100 * f.qd_score:.0f} cm"
                 "</span></div>"
@@ -136,8 +137,7 @@ class ArchivesPanel:
         if self._slider.max != max(last, 1):
             self._slider.max = max(last, 1)
         self._slider.disabled = last == 0
-        if self._slider.value != shown:
-            self._slider.value = shown
+        put(self._slider, shown)
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:

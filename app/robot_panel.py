@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import viser
 
+from app.widgets import put
 from engine.config import PRESETS, RunConfig
 from engine.evaluation import Evaluation
 from viz import network_diagram, robot_card
@@ -91,7 +92,7 @@ class RobotPanel:
         @preset.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None and event.target.value in PRESETS:
-                evaluations.value = PRESETS[event.target.value].evaluations
+                put(evaluations, PRESETS[event.target.value].evaluations)
 
         @self._export.on_click
         def _(_event: viser.GuiEvent) -> None:
@@ -129,6 +130,6 @@ class RobotPanel:
 
     def show_run(self, n: int, budget: int, live: bool) -> None:
         """Show how far the run is and what can be done with it."""
-        self._progress.value = 100.0 * min(n / budget, 1.0)
+        put(self._progress, 100.0 * min(n / budget, 1.0))
         self._stop.disabled = not live
         self._resume.disabled = live or n >= budget

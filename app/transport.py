@@ -9,6 +9,7 @@ import numpy as np
 import viser
 
 from app.player import Player, current_frame
+from app.widgets import put
 from viz.robot_card import target_name
 
 SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
@@ -104,8 +105,8 @@ class TransportPanel:
 
     def select_trial(self, target: int, repeat: int) -> None:
         """Show which trial is played."""
-        self._target.value = self._targets[target]
-        self._seed.value = str(repeat + 1)
+        put(self._target, self._targets[target])
+        put(self._seed, str(repeat + 1))
 
     def refresh(self) -> None:
         """Show where the player is."""
@@ -117,7 +118,7 @@ class TransportPanel:
             self._slider.min = -replay.settle_time
         if self._slider.max != player.until:
             self._slider.max = player.until
-        self._slider.value = round(min(max(player.time, self._slider.min), self._slider.max), 1)
+        put(self._slider, round(min(max(player.time, self._slider.min), self._slider.max), 1))
         self._shown_time = player.time
         self._text.content = _text(describe(player))
 

@@ -7,6 +7,7 @@ import dataclasses
 import math
 import random
 from collections.abc import Iterator
+from random import Random
 from typing import Any, Final, Self
 
 import neat
@@ -154,7 +155,7 @@ class Neat:
         self.config.innovation_tracker = InnovationTracker()
         self._next_node = N_OUTPUTS + N_HIDDEN
 
-    def random(self, rng: random.Random) -> Controller:
+    def random(self, rng: Random) -> Controller:
         """Draw a new controller: three hidden nodes between all inputs and all outputs."""
         self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + N_HIDDEN))
         genome = neat.DefaultGenome(0)
@@ -162,7 +163,7 @@ class Neat:
             genome.configure_new(self.config)
         return from_genome(genome, self.config.num_inputs)
 
-    def mutate(self, parent: Controller, rng: random.Random) -> Controller:
+    def mutate(self, parent: Controller, rng: Random) -> Controller:
         """Return a mutated copy: NEAT's structural mutations, then weights and biases."""
         genome = to_genome(parent, self.config)
         self.config.node_indexer = self._count_nodes()
@@ -221,7 +222,7 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
 
 
 @contextlib.contextmanager
-def _lend(rng: random.Random) -> Iterator[None]:
+def _lend(rng: Random) -> Iterator[None]:
     outside = random.getstate()
     random.setstate(rng.getstate())
     try:

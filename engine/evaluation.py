@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -140,7 +140,7 @@ class LocalEvaluator:
         task, trials = self._task, self._trials
         morphologies = [s.morphology for s in solutions]
         robots = build_robots(morphologies, task, self._physics)
-        common = {"physics": self._physics, "n_threads": self._n_threads}
+        common: dict[str, Any] = {"physics": self._physics, "n_threads": self._n_threads}
         settled = settle(robots, duration=trials.settle_time, **common)
         heads, head_failures = find_heads(
             settled, robots, morphologies, duration=trials.open_loop_time, **common

@@ -23,7 +23,7 @@ def render(controller: Controller, n_modules: int) -> str:
     inputs = [-1 - i for i in range(controller.n_inputs)]
     height = max(90, 13 * len(outputs) + 8)
     place: dict[int, tuple[float, float]] = {}
-    for x, column in ((62, inputs), (150, hidden), (242, outputs)):
+    for x, column in ((62.0, inputs), (150.0, hidden), (242.0, outputs)):
         for k, node in enumerate(column):
             # hidden nodes that feed hidden nodes sit a little apart
             shift = (k % 3 - 1) * 16 if column is hidden else 0
