@@ -1,7 +1,7 @@
 """What a robot is made of: the parts of its modules and joints, as a table.
 
-Only numbers of ``engine.tensegrity`` and the actuator table appear. Masses are those of the real robot,
-not the scaled ones of the simulation.
+Only numbers of ``engine.tensegrity`` and the actuator table appear. Masses are those of the real
+robot, not the scaled ones of the simulation.
 """
 
 from __future__ import annotations
@@ -69,12 +69,11 @@ def bill_of_materials(morphology: Morphology) -> str:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(COLUMNS)
     for p in parts(morphology):
-        total = None if p.mass is None else p.quantity * p.mass
-        figures = [_milli(v) for v in (p.length, p.diameter, p.mass, total)]
+        mass = None if p.mass is None else p.quantity * p.mass
+        figures = [_milli(v) for v in (p.length, p.diameter, p.mass, mass)]
         writer.writerow([p.name, p.quantity, *figures, p.basis, p.note])
-    writer.writerow(
-        ["all parts", "", "", "", "", _milli(total_mass(morphology)), "sum of the column", ""]
-    )
+    total = _milli(total_mass(morphology))
+    writer.writerow(["all parts", "", "", "", "", total, "sum of the column", ""])
     return file.getvalue()
 
 
@@ -103,9 +102,8 @@ def _rods(n_modules: int) -> list[Part]:
 
 
 def _passive_cables(morphology: Morphology) -> Part:
-    lengths = [
-        float(np.linalg.norm(t.passive_anchor(a, b) - t.passive_anchor(b, a))) for a, b in t.CABLES
-    ]
+    built = [t.passive_anchor(a, b) - t.passive_anchor(b, a) for a, b in t.CABLES]
+    length = float(np.linalg.norm(built, axis=1).mean())  # all are equally long
     stiffness = t.stiffness_n_per_m(morphology.stiffness)
     return Part(
         name="passive cable",
@@ -114,7 +112,7 @@ def _passive_cables(morphology: Morphology) -> Part:
         basis="length, stiffness and damping simulated, as a spring that only pulls;"
         " massless in the simulation; diameter and material not modelled",
         note=f"{len(t.CABLES)} per module; length at rest between its anchors on the rods' surface;"
-        f" stretched to {_milli(float(np.mean(lengths)))} mm in a module as built;"
+        f" stretched to {_milli(length)} mm in a module as built;"
         f" stiffness {stiffness:.2f} N/m; damping {t.CABLE_DAMPING:.2f} N s/m",
     )
 

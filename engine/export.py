@@ -1,7 +1,7 @@
 """From an evaluation in a run file to a folder that a person can take away.
 
-The trial towards target 0, repeat 0, is simulated again, and everything that moves in the folder comes
-from it.
+The trial towards target 0, repeat 0, is simulated again, and everything that moves in the folder
+comes from it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import uuid
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import mujoco
 import numpy as np
@@ -26,6 +26,7 @@ from engine.bill_of_materials import bill_of_materials, total_mass
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation, noise_seed
+from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import build_spec
 from engine.run import versions
@@ -68,13 +69,11 @@ def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
         ExportError: its simulation failed, so that there is nothing to show.
     """
     evaluation = reader.evaluation(number)
-    if evaluation.failure is not None or evaluation.fitness is None:
-        raise ExportError(
-            f"evaluation {number} failed and cannot be exported: {evaluation.failure}"
-        )
+    if evaluation.fitness is None or not np.isfinite(evaluation.distances).all():
+        reason = evaluation.failure or "it has no complete result"
+        raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
     trial = _simulate(reader.config, evaluation)
-    model, xml = _robot_xml(reader.config, evaluation, trial)
-    names = [model.actuator(i).name for i in range(model.nu)]
+    names, xml = _robot_xml(reader.config, evaluation.solution.morphology, trial)
     period = reader.config.physics.control_period
     # nine decimals undo the rounding of k x period; the lengths themselves keep every digit
     controls = [[round(k * period, 9), *row] for k, row in enumerate(trial.commands.tolist())]
@@ -87,8 +86,7 @@ def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
         "controls.csv": _csv(["time_s", *names], controls),
         "trajectory.csv": _csv(columns, path),
         "play.py": _PLAY,
-        "genotype.json": json.dumps(_genotype(reader, evaluation), indent=2, allow_nan=False)
-        + "\n",
+        "genotype.json": _genotype(reader, evaluation),
         "bill_of_materials.csv": bill_of_materials(evaluation.solution.morphology),
     }
     return {name: text.encode() for name, text in files.items()}
@@ -173,10 +171,11 @@ def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
 
 
 def _robot_xml(
-    config: RunConfig, evaluation: Evaluation, trial: _Trial
-) -> tuple[mujoco.MjModel, str]:
-    """Return the compiled model and MJCF that compiles to the same numbers, bit for bit."""
-    morphology = evaluation.solution.morphology
+    config: RunConfig,
+    morphology: Morphology,
+    trial: _Trial,
+) -> tuple[list[str], str]:
+    """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
     walls = get_task(config.task).walls(morphology.n_modules)
     spec = build_spec(morphology, physics=config.physics, walls=walls)
     model = spec.compile()
@@ -187,18 +186,18 @@ def _robot_xml(
     spec.add_numeric(name="settled_qacc_warmstart", data=data.qacc_warmstart, size=model.nv)
     # compiled values are saved with six digits, values as written in the spec with all
     spec.compiler.savecompiled = False
-    return model, spec.to_xml()
+    return [a.name for a in spec.actuators], spec.to_xml()
 
 
 def _csv(header: Sequence[str], rows: Sequence[Sequence[float]]) -> str:
     return "".join(",".join(map(str, row)) + "\n" for row in (header, *rows))
 
 
-def _genotype(reader: RunReader, e: Evaluation) -> dict[str, Any]:
+def _genotype(reader: RunReader, e: Evaluation) -> str:
     s = e.solution
     head = Head.of(s.morphology, e.head_is_end)
     assert e.fitness is not None
-    return {
+    content = {
         "format": GENOTYPE_FORMAT,
         "version": GENOTYPE_VERSION,
         "run_file": reader.path.name,
@@ -220,14 +219,11 @@ def _genotype(reader: RunReader, e: Evaluation) -> dict[str, Any]:
         "config": configuration.to_json(reader.config),
         "versions": {"run": reader.versions, "export": versions()},
     }
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
 def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
-    task, physics, trials = (
-        get_task(reader.config.task),
-        reader.config.physics,
-        reader.config.trials,
-    )
+    task, trials = get_task(reader.config.task), reader.config.trials
     morphology, head = e.solution.morphology, Head.of(e.solution.morphology, e.head_is_end)
     assert e.fitness is not None
     recorded = float(e.distances[TARGET, REPEAT])
@@ -252,13 +248,13 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         repeats=trials.repeats,
         settle=trials.settle_time,
         trial=trials.trial_time,
-        rate=1.0 / physics.control_period,
+        rate=1.0 / reader.config.physics.control_period,
         again=100.0 * trial.distance,
         recorded=100.0 * recorded,
         same="the same to the last bit"
         if trial.distance == recorded
         else "not the same: the run was computed on another kind of machine or with other versions",
-        scale=physics.inertia_scale,
+        scale=reader.config.physics.inertia_scale,
         mujoco=mujoco.mj_versionString(),
     )
 
@@ -271,65 +267,70 @@ def _bearing(angle: float) -> str:
 _README: Final = """\
 # Robot {number} of {run}
 
-A tensegrity soft modular robot that TensAtlas evolved for the task {task}. It exists in simulation
-only.
+A tensegrity soft modular robot that TensAtlas evolved for the task {task}. It exists in
+simulation only.
 
 - {n} modules in a chain, numbered from 0; {mass:.1f} g in all.
 - Relative stiffness {level:.1f}: every passive cable has {stiffness:.2f} N/m.
-- Joining faces, from module 0 on: {faces}. The next module is attached to that face.
-- The head is module {head}, the {end} of the chain: the end that goes first when all modules pulse.
+- Joining faces, from module 0 on: {faces}. The next module is attached to that
+  face; the last module's stays free.
+- The head is module {head}, the {end} of the chain: the end that goes first when all modules
+  pulse.
 
 ## How well it does
 
-Every trial starts {start:.0f} cm from a target and lasts {trial:g} s, {repeats} per target, each with its
-own noise on the commanded cable lengths.
+Every trial starts {start:.0f} cm from a target and lasts {trial:g} s, {repeats} per target, each
+with its own noise on the commanded cable lengths.
 
-f_s = **{f_s:.2f} cm**: the starting distance minus the fitness, which is the mean over the targets of the
-final distance plus half of what the worst target lies above that mean. More is better; a robot that
-stays where it is has about 0.
+f_s = **{f_s:.2f} cm**: the starting distance minus the fitness, which is the mean over the
+targets of the final distance plus half of what the worst target lies above that mean. More is
+better; a robot that stays where it is has about 0.
 
 | target | mean final distance (cm) | of each trial (cm) |
 | --- | --- | --- |
 {targets}
 
-The files below hold the first trial towards the target {target}, simulated again: it ended {again:.2f} cm
-from the target. The run recorded {recorded:.2f} cm, {same}.
+The files below hold the first trial towards the target {target}, simulated again: it ended
+{again:.2f} cm from the target. The run recorded {recorded:.2f} cm, {same}.
 
 ## Files
 
-- `robot.xml`: the robot in its task's world, for MuJoCo, in SI units (m, kg, s, N). Numbers are written
-  in full. Bodies are called `m<module>_rod<rod>`, passive cables `m<module>_cable_<node>_<node>`, internal
-  cables and their actuators `m<module>_servo_<node>`; an actuator's control is the length commanded to its
-  cable, in m. The keyframe `settled` is the robot {settle:g} s after it was dropped, servos released (a
-  commanded length of 1 m leaves a cable slack). The numeric `settled_qacc_warmstart` belongs to it:
-  where the solver starts from; without it the motion leaves the recorded one after some seconds.
-- `controls.csv`: the commanded length (m) of every internal cable at {rate:g} Hz, noise included. `time_s`
-  counts from the end of settling; a row holds until the next one.
-- `trajectory.csv`: where that takes the head, and the target, at 1 Hz. The origin is the settled head's
-  front face, x is ahead, y to the left, in m.
-- `play.py`: plays `controls.csv` on `robot.xml` and compares with `trajectory.csv`. It needs Python with
-  `pip install mujoco numpy`; `python play.py --view` shows the motion in MuJoCo's viewer (on macOS:
-  `mjpython play.py --view`).
-- `genotype.json`: body and controller, results, configuration and versions. Lengths end in `_m` (metres)
-  or `_cm`.
-- `bill_of_materials.csv`: parts, lengths and diameters in mm, masses in g. Its column `basis` says which
-  numbers the simulation uses and which are assumed or missing. Nodes and rods are numbered as in
-  `robot.xml`.
+- `robot.xml`: the robot in its task's world, for MuJoCo, in SI units (m, kg, s, N). Numbers are
+  written in full. Bodies are called `m<module>_rod<rod>`, passive cables
+  `m<module>_cable_<node>_<node>`, internal cables and their actuators `m<module>_servo_<node>`;
+  an actuator's control is the length commanded to its cable, in m. The keyframe `settled` is the
+  robot {settle:g} s after it was dropped, servos released (a commanded length of 1 m leaves a
+  cable slack). The numeric `settled_qacc_warmstart` belongs to it: where the solver starts from;
+  without it the motion leaves the recorded one after some seconds.
+- `controls.csv`: the commanded length (m) of every internal cable at {rate:g} Hz, noise included.
+  `time_s` counts from the end of settling; a row holds until the next one.
+- `trajectory.csv`: where that takes the head, and the target, at 1 Hz. The origin is the settled
+  head's front face, x is ahead, y to the left, in m.
+- `play.py`: plays `controls.csv` on `robot.xml` and compares with `trajectory.csv`. It needs
+  Python with `pip install mujoco numpy`; `python play.py --view` shows the motion in MuJoCo's
+  viewer (on macOS: `mjpython play.py --view`).
+- `genotype.json`: body and controller, results, configuration and versions. Lengths end in `_m`
+  (metres) or `_cm`.
+- `bill_of_materials.csv`: parts, lengths and diameters in mm, masses in g. Its column `basis`
+  says which numbers the simulation uses and which are assumed or missing. Nodes and rods are
+  numbered as in `robot.xml`.
 
-The exported trial was computed with MuJoCo {mujoco}. On the same machine that version repeats the motion
-exactly; another version or processor may round differently, and contacts amplify every rounding: the
-motion then leaves the recorded one after some seconds, by millimetres to centimetres.
+The exported trial was computed with MuJoCo {mujoco}. On the same machine that version repeats the
+motion exactly; another version or processor may round differently, and contacts amplify every
+rounding: the motion then leaves the recorded one after some seconds, by millimetres to
+centimetres.
 
 ## Limits
 
 - Nothing here has been built or measured; all results come from simulation.
-- The inertia scale is {scale:g}: in `robot.xml` masses are multiplied by {scale:g} and gravity is divided by
-  {scale:g}. Weights and cable forces are those of the real robot, inertia is not: the motion is
-  quasi-static, as in the published simulator. `bill_of_materials.csv` lists real masses.
-- Rods are rigid, and their spin about their own axis has more inertia than a real rod's. Cables are
-  massless, pass through each other and through rods, and never break.
-- `controls.csv` is a recording. The robot's controller senses where its head and the target are; played
-  blindly on another robot or floor, the lengths lead elsewhere.
+- The inertia scale is {scale:g}: in `robot.xml` masses are multiplied by {scale:g} and gravity is
+  divided by {scale:g}. Weights and cable forces are those of the real robot, inertia is not: the
+  motion is quasi-static, as in the published simulator. `bill_of_materials.csv` lists real
+  masses.
+- Rods are rigid, and their spin about their own axis has more inertia than a real rod's. Cables
+  are massless, pass through each other and through rods, and never break.
+- `controls.csv` is a recording. The robot's controller senses where its head and the target are;
+  played blindly on another robot or floor, the lengths lead elsewhere.
 """
 
 _PLAY: Final = '''\
@@ -351,6 +352,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def main() -> None:
+    """Run the recorded trial."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--view", action="store_true", help="show the motion in MuJoCo's viewer")
     view = parser.parse_args().view
@@ -401,7 +403,7 @@ def main() -> None:
 
     end, target = position(), recorded[-1, 3:5]
     gap = 1000.0 * np.linalg.norm(np.array(path) - recorded[:, 1:3], axis=1)
-    print(f"After {len(controls) * period:.1f} s the head is at x = {end[0]:.4f}, y = {end[1]:.4f} m.")
+    print(f"The head ends at x = {end[0]:.4f} m, y = {end[1]:.4f} m.")
     print(f"Distance from the target: {100.0 * np.linalg.norm(target - end):.2f} cm.")
     print(f"Distance from trajectory.csv: at most {gap.max():.6f} mm, {gap[-1]:.6f} mm at the end.")
 

@@ -1,0 +1,42 @@
+"""Fixtures that several folders of tests share."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from engine import run
+from engine.config import RunConfig, preset
+from engine.evaluation import TrialConfig
+from engine.reader import RunReader
+
+
+@pytest.fixture(scope="session")
+def small_config() -> RunConfig:
+    """A real run in miniature: 18 robots, four targets, trials of two seconds."""
+    return dataclasses.replace(
+        preset("smoke"),
+        evaluations=18,
+        initial=10,
+        batch_size=4,
+        refit_generations=(0, 1),
+        seed=7,
+        trials=TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=2.0),
+    )
+
+
+@pytest.fixture(scope="session")
+def small_run(small_config: RunConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run file; do not write to it."""
+    path = tmp_path_factory.mktemp("small_run") / "small.tsmr"
+    run.evolve(path, small_config, n_threads=2)
+    return path
+
+
+@pytest.fixture
+def small_reader(small_run: Path) -> Iterator[RunReader]:
+    with RunReader(small_run) as reader:
+        yield reader

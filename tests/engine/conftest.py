@@ -1,0 +1,35 @@
+"""Fixtures of the engine's tests; what tests build for themselves is in ``made_up.py`` beside it."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+if str(HERE) not in sys.path:
+    sys.path.insert(0, str(HERE))
+
+from made_up import TINY, MadeUpEvaluator  # noqa: E402
+
+import engine.run  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """Measurements of the published simulator."""
+    return json.loads((HERE.parent / "reference" / "static_single_module.json").read_text())
+
+
+@pytest.fixture(scope="session")
+def simulated_run(tmp_path_factory):
+    """A finished run of real simulations on one thread; not to be changed."""
+    path = tmp_path_factory.mktemp("simulated") / "undisturbed.tsmr"
+    engine.run.evolve(path, TINY, n_threads=1)
+    return path
+
+
+@pytest.fixture
+def no_physics(monkeypatch):
+    """Let runs evaluate with made-up figures instead of simulations."""
+    monkeypatch.setattr(engine.run, "create_evaluator", lambda *_: MadeUpEvaluator())

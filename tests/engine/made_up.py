@@ -1,0 +1,114 @@
+"""Strategies, and solutions and evaluations that cost nothing."""
+
+import dataclasses
+import functools
+import random
+
+import numpy as np
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from engine.config import RunConfig, preset
+from engine.controller import Neat
+from engine.evaluation import Evaluation, Solution, TrialConfig
+from engine.morphology import Morphology
+
+N_TARGETS, N_REPEATS, N_SECONDS = 4, 2, 40
+
+TINY = dataclasses.replace(
+    preset("smoke"),
+    evaluations=10,
+    initial=6,
+    batch_size=2,
+    trials=TrialConfig(repeats=1, settle_time=0.2, open_loop_time=0.2, trial_time=1.0),
+)
+"""A run of real simulations that takes seconds."""
+
+MADE_UP = RunConfig(evaluations=70, initial=20, batch_size=6, refit_generations=(0, 2, 5))
+"""A run to be evaluated with made-up figures."""
+
+
+def examples(n):
+    """Settings of a property test with n examples, whatever else the machine is doing."""
+    return settings(
+        max_examples=n,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+    )
+
+
+morphologies = st.builds(
+    Morphology,
+    stiffness_level=st.integers(1, 10),
+    faces=st.lists(st.integers(1, 8), min_size=2, max_size=10).map(tuple),
+)
+
+
+def evolved_controller(seed, n_mutations, n_inputs=2):
+    """Return a random controller after a chain of mutations."""
+    rng, neat = random.Random(seed), Neat(n_inputs=n_inputs)
+    controller = neat.random(rng)
+    for _ in range(n_mutations):
+        controller = neat.mutate(controller, rng)
+    return controller
+
+
+def controllers(n_inputs=2):
+    """Return a strategy of controllers with a history of up to 25 mutations."""
+    return st.builds(
+        evolved_controller,
+        seed=st.integers(0, 2**32),
+        n_mutations=st.integers(0, 25),
+        n_inputs=st.just(n_inputs) if isinstance(n_inputs, int) else n_inputs,
+    )
+
+
+@functools.cache
+def some_controller():
+    """Return a controller for where any will do."""
+    return evolved_controller(0, 0)
+
+
+def evaluation(number=0, fitness=0.3, morphology=None, trajectory=None):
+    """Return an evaluation with chosen figures."""
+    return Evaluation(
+        solution=Solution(
+            number=number,
+            morphology=morphology or Morphology(5, (1, 2)),
+            controller=some_controller(),
+        ),
+        fitness=fitness,
+        distances=np.full((N_TARGETS, N_REPEATS), 0.3),
+        trajectory=np.zeros((N_TARGETS, N_SECONDS, 2), np.float32) if trajectory is None else trajectory,
+        head_is_end=True,
+        failure="made up" if fitness is None else None,
+    )
+
+
+def made_up_evaluation(solution, *, salt=0, failing=0.0):
+    """Evaluate a solution: random walks of very different speeds, some failures if asked for."""
+    rng = np.random.default_rng([solution.number, salt])
+    speed = 0.01 * np.exp(rng.normal())
+    steps = rng.normal(0.0, speed, size=(N_TARGETS, N_SECONDS, 2)) + speed * rng.normal(size=2)
+    failed = rng.random() < failing
+    return Evaluation(
+        solution=solution,
+        fitness=None if failed else float(rng.uniform(0.1, 0.6)),
+        distances=rng.uniform(0.1, 0.6, size=(N_TARGETS, N_REPEATS)),
+        trajectory=np.cumsum(steps, axis=1).astype(np.float32),
+        head_is_end=bool(rng.random() < 0.5),
+        failure="made up" if failed else None,
+    )
+
+
+class MadeUpEvaluator:
+    """Evaluates three at a time, last ones first."""
+
+    def evaluate(self, solutions):
+        for i in reversed(range(0, len(solutions), 3)):
+            yield [made_up_evaluation(s, failing=0.1) for s in solutions[i : i + 3]]
+
+
+def held(archives):
+    """Return what archives hold: by name and cell the number of the elite."""
+    return {name: {cell: e.solution.number for cell, e in archive} for name, archive in archives.items()}

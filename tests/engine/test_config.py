@@ -1,0 +1,155 @@
+import dataclasses
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_up import examples
+
+from engine.config import PRESETS, RunConfig, from_json, preset, to_json
+from engine.errors import InvalidData
+from engine.evaluation import TrialConfig
+from engine.robot import Physics
+
+NAN, INF = float("nan"), float("inf")
+positive = st.floats(1e-3, 1e3)
+configs = st.builds(
+    RunConfig,
+    evaluations=st.integers(100, 10**6),
+    initial=st.integers(2, 100),
+    batch_size=st.integers(1, 50).map(lambda n: 2 * n),
+    refit_generations=st.sets(st.integers(1, 5000)).map(lambda s: (0, *sorted(s))),
+    sensory=st.sampled_from(["positions", "displacements"]),
+    seed=st.integers(0, 2**32 - 1),
+    trials=st.builds(
+        TrialConfig,
+        repeats=st.integers(1, 9),
+        settle_time=positive,
+        open_loop_time=positive,
+        trial_time=st.integers(1, 100).map(float),
+    ),
+    physics=st.builds(
+        Physics, inertia_scale=positive, friction=positive, impratio=positive, servo_noise=positive
+    ),
+)
+
+
+@examples(60)
+@given(configs)
+def test_json_round_trip_is_lossless(config):
+    assert from_json(json.loads(json.dumps(to_json(config), allow_nan=False))) == config
+
+
+def test_the_paper_preset_is_the_published_experiment():
+    c = preset("paper")
+    assert c == RunConfig()
+    assert (c.evaluations, c.initial, c.batch_size) == (45_000, 1080, 24)
+    assert c.refit_generations == (0, 50, 150, 350, 750, 1550)
+    assert c.trials.repeats == 2
+    assert (c.trials.settle_time, c.trials.open_loop_time, c.trials.trial_time) == (3.0, 10.0, 40.0)
+    assert c.physics.servo_noise == 0.00035
+    assert c.physics.inertia_scale == 10.0
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_survive_a_file(name):
+    assert from_json(json.loads(json.dumps(to_json(preset(name))))) == preset(name)
+
+
+def test_presets_differ():
+    assert len(set(PRESETS.values())) == len(PRESETS) >= 3
+
+
+def test_an_unknown_preset_is_refused_with_the_choices():
+    with pytest.raises(InvalidData, match=r"huge.*paper.*smoke"):
+        preset("huge")
+
+
+def test_what_a_file_leaves_out_has_its_default():
+    assert from_json({}) == RunConfig()
+    c = from_json({"seed": 3, "physics": {"friction": 0.7}})
+    assert c == RunConfig(seed=3, physics=Physics(friction=0.7))
+
+
+def test_whole_numbers_are_read_where_fractions_are_expected():
+    c = from_json({"trials": {"trial_time": 5}})
+    assert c.trials.trial_time == 5.0
+    assert type(c.trials.trial_time) is float
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        None,
+        [],
+        "paper",
+        3,
+        {"unknown": 1},
+        {"task": "flying"},
+        {"task": None},
+        {"task": ["goal-reaching"]},
+        {"algorithm": "hill-climbing"},
+        {"sensory": "smell"},
+        {"evaluations": 100.0},
+        {"evaluations": "100"},
+        {"evaluations": True},
+        {"evaluations": None},
+        {"evaluations": 1},
+        {"initial": 50_000},
+        {"batch_size": 23},
+        {"refit_generations": 0},
+        {"refit_generations": "0"},
+        {"refit_generations": []},
+        {"refit_generations": [1]},
+        {"refit_generations": [0, 1.5]},
+        {"refit_generations": [0, None]},
+        {"seed": -1},
+        {"seed": 2**32},
+        {"seed": 10**400},
+        {"trials": None},
+        {"trials": []},
+        {"trials": {"unknown": 1}},
+        {"trials": {"repeats": 0}},
+        {"trials": {"repeats": 1.5}},
+        {"trials": {"trial_time": 0.5}},
+        {"trials": {"trial_time": NAN}},
+        {"trials": {"trial_time": INF}},
+        {"trials": {"trial_time": "40"}},
+        {"trials": {"trial_time": True}},
+        {"trials": {"trial_time": 10**400}},
+        {"trials": {"settle_time": -1.0}},
+        {"physics": {"timestep": 0.0}},
+        {"physics": {"timestep": 0.003}},
+        {"physics": {"friction": None}},
+        {"physics": {"friction": NAN}},
+    ],
+    ids=lambda d: str(d)[:60],
+)
+def test_malformed_json_is_refused(data):
+    with pytest.raises(InvalidData):
+        from_json(data)
+
+
+@pytest.mark.parametrize("field", ["settle_time", "open_loop_time", "trial_time"])
+@pytest.mark.parametrize("value", [NAN, INF, -1.0])
+def test_impossible_times_are_refused(field, value):
+    with pytest.raises(InvalidData, match=field):
+        TrialConfig(**{field: value})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"evaluations": 1, "initial": 1},
+        {"evaluations": 10, "initial": 11},
+        {"batch_size": 5},
+        {"refit_generations": (5,)},
+        {"seed": -1},
+        {"seed": 2**32},
+        {"task": "flying"},
+    ],
+    ids=str,
+)
+def test_contradictions_are_refused(changes):
+    with pytest.raises(InvalidData):
+        dataclasses.replace(RunConfig(), **changes)

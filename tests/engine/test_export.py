@@ -1,0 +1,234 @@
+import csv
+import dataclasses
+import io
+import json
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from engine import servo
+from engine import tensegrity as t
+from engine.config import from_json, preset
+from engine.controller import Controller
+from engine.errors import ExportError, RunFileError
+from engine.export import export_files, write_folder, zip_bytes
+from engine.morphology import Morphology
+from engine.reader import RunReader
+from engine.robot import build_robot
+from engine.run import evolve
+from engine.tasks import get_task
+
+NAMES = {
+    "README.md",
+    "robot.xml",
+    "controls.csv",
+    "trajectory.csv",
+    "play.py",
+    "genotype.json",
+    "bill_of_materials.csv",
+}
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "tiny.tsmr"
+    evolve(
+        path,
+        dataclasses.replace(preset("smoke"), evaluations=4, initial=3, batch_size=2),
+        n_threads=1,
+    )
+    with RunReader(path) as r:
+        yield r
+
+
+@pytest.fixture(scope="module")
+def evaluation(reader):
+    succeeded = [e for e in reader.all_evaluations() if e.fitness is not None]
+    return min(succeeded, key=lambda e: e.solution.morphology.n_modules)
+
+
+@pytest.fixture(scope="module")
+def files(reader, evaluation):
+    return export_files(reader, evaluation.solution.number)
+
+
+@pytest.fixture(scope="module")
+def model(files):
+    return mujoco.MjModel.from_xml_string(files["robot.xml"].decode())
+
+
+def table(content):
+    return list(csv.reader(io.StringIO(content.decode())))
+
+
+def figures(content):
+    return np.array([[float(v) for v in row] for row in table(content)[1:]])
+
+
+def test_the_same_evaluation_gives_the_same_files(reader, evaluation, files):
+    assert set(files) == NAMES
+    assert export_files(reader, evaluation.solution.number) == files
+
+
+def test_mjcf_compiles_to_the_simulated_robot_bit_for_bit(reader, evaluation, model):
+    morphology = evaluation.solution.morphology
+    walls = get_task(reader.config.task).walls(morphology.n_modules)
+    expected = build_robot(morphology, reader.config.physics, walls).model
+    # keyframe and numeric are what the export adds, and with them names
+    added = ("key_", "numeric_", "name", "_")
+    compared = 0
+    for owner, other in ((model, expected), (model.opt, expected.opt)):
+        for name in dir(owner):
+            value = getattr(owner, name)
+            if isinstance(value, np.ndarray) and not name.startswith(added):
+                np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
+                compared += 1
+    assert compared > 300
+
+
+def test_the_keyframe_is_where_the_dropped_robot_settles(reader, model):
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 1.0
+    mujoco.mj_step(model, data, round(reader.config.trials.settle_time / model.opt.timestep))
+    key = model.key("settled")
+    np.testing.assert_array_equal(data.qpos, key.qpos)
+    np.testing.assert_array_equal(data.qvel, key.qvel)
+    np.testing.assert_array_equal(data.qacc_warmstart, model.numeric("settled_qacc_warmstart").data)
+
+
+def test_controls_are_commanded_lengths_at_every_update(reader, files, model):
+    header = table(files["controls.csv"])[0]
+    assert header == ["time_s", *(model.actuator(i).name for i in range(model.nu))]
+    values = figures(files["controls.csv"])
+    assert values.shape == (50 * reader.config.trials.trial_time, 1 + model.nu)
+    np.testing.assert_allclose(values[:, 0], 0.02 * np.arange(len(values)), rtol=0, atol=1e-12)
+    lengths = values[:, 1:].reshape(len(values), -1, len(t.SERVO_NODES))
+    noise = 6 * t.SERVO_NOISE
+    assert (lengths > servo.TARGET_LENGTHS.min(axis=0) - noise).all()
+    assert (lengths < servo.TARGET_LENGTHS.max(axis=0) + noise).all()
+
+
+def test_trajectory_ends_where_the_run_recorded_it(reader, evaluation, files):
+    path = figures(files["trajectory.csv"])
+    assert len(path) == 1 + reader.config.trials.trial_time
+    np.testing.assert_array_equal(path[0, :3], 0.0)
+    distance = np.linalg.norm(path[-1, 3:] - path[-1, 1:3])
+    assert distance == pytest.approx(evaluation.distances[0, 0], abs=1e-12)
+
+
+def test_play_repeats_the_motion_exactly_in_a_fresh_process(tmp_path, files):
+    # as far from the project as a stranger's computer: another folder, no path to the packages
+    write_folder(files, tmp_path / "taken away")
+    done = subprocess.run(
+        [sys.executable, "-I", str(tmp_path / "taken away" / "play.py")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    largest = re.search(r"trajectory.csv: at most (\S+) mm", done.stdout)
+    assert largest, done.stdout
+    assert float(largest[1]) == 0.0
+
+
+def test_genotype_is_lossless(reader, evaluation, files):
+    content = json.loads(files["genotype.json"])
+    assert (content["format"], content["version"]) == ("tensatlas-genotype", 1)
+    assert Morphology.from_json(content["morphology"]) == evaluation.solution.morphology
+    assert Controller.from_json(content["controller"]) == evaluation.solution.controller
+    assert content["fitness_m"] == evaluation.fitness
+    assert content["f_s_cm"] == pytest.approx(45.0 - 100.0 * evaluation.fitness)
+    np.testing.assert_array_equal(content["distances_m"], evaluation.distances)
+    assert from_json(content["config"]) == reader.config
+    assert content["run_file"] == "tiny.tsmr"
+    assert content["versions"]["run"] == reader.versions
+
+
+def test_bill_of_materials_counts_every_part_with_real_masses(evaluation, files):
+    n = evaluation.solution.morphology.n_modules
+    header, *parts = table(files["bill_of_materials.csv"])
+    rows = {row[0]: dict(zip(header, row, strict=True)) for row in parts}
+    quantities = {name: int(r["quantity"]) for name, r in rows.items() if r["quantity"]}
+    assert quantities.pop("plain rod") == 5 * n
+    assert quantities.pop("servo rod") == n
+    assert quantities.pop("passive cable") == 24 * n
+    assert quantities.pop("link between modules") == 3 * (n - 1)
+    assert quantities.pop("servomotor with arm") == n
+    assert quantities == {f"internal cable to node {node}": n for node in (10, 9, 4, 7, 3)}
+    assert float(rows["servo rod"]["mass_each_g"]) == pytest.approx(20.0)
+    assert float(rows["all parts"]["mass_total_g"]) == pytest.approx(n * (20.0 + 5 * 1.003))
+    stiffness = 115.2 * evaluation.solution.morphology.stiffness
+    assert f"stiffness {stiffness:.2f} N/m" in rows["passive cable"]["note"]
+    assert "37.925 mm at command 0" in rows["internal cable to node 10"]["note"]
+    assert all(r["basis"] for r in rows.values())
+
+
+def test_readme_says_what_everything_is(evaluation, files):
+    text = files["README.md"].decode()
+    assert all(f"`{name}`" in text for name in NAMES - {"README.md"})
+    assert f"f_s = **{45.0 - 100.0 * evaluation.fitness:.2f} cm**" in text
+    assert "same to the last bit" in " ".join(text.split())
+    assert "Nothing here has been built" in text
+
+
+def test_unknown_and_failed_evaluations_are_refused(reader, evaluation, monkeypatch):
+    with pytest.raises(RunFileError, match="no evaluation 99"):
+        export_files(reader, 99)
+    failed = dataclasses.replace(evaluation, fitness=None, failure="diverged")
+    monkeypatch.setattr(reader, "evaluation", lambda _: failed)
+    with pytest.raises(ExportError, match="diverged"):
+        export_files(reader, 0)
+
+
+def test_zip_is_deterministic_and_holds_one_folder():
+    files = {"b.txt": b"2", "a.txt": b"1"}
+    packed = zip_bytes(files, "robot")
+    assert packed == zip_bytes(dict(reversed(files.items())), "robot")
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == {
+            "robot/a.txt": b"1",
+            "robot/b.txt": b"2",
+        }
+
+
+def test_a_new_or_empty_folder_is_filled(tmp_path):
+    (tmp_path / "empty").mkdir()
+    for out in (tmp_path / "empty", tmp_path / "parent" / "new"):
+        write_folder({"a.txt": b"1", "sheets/b.txt": b"2"}, out)
+        assert (out / "a.txt").read_bytes() == b"1"
+        assert (out / "sheets" / "b.txt").read_bytes() == b"2"
+        assert [p.name for p in out.parent.iterdir() if p.name.startswith(".")] == []
+
+
+def test_what_is_there_already_is_left_alone(tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    for out in ("full", "file"):
+        with pytest.raises(ExportError, match="exists already"):
+            write_folder({"a.txt": b"1"}, tmp_path / out)
+    with pytest.raises(ExportError, match="cannot be written"):
+        write_folder({"a.txt": b"1"}, tmp_path / "file" / "below")
+    assert (tmp_path / "file").read_text() == "mine"
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "full", "mine.txt"]
+
+
+def test_a_failure_leaves_nothing_half_made(tmp_path, monkeypatch):
+    write = Path.write_bytes
+
+    def full_disk(path, content):
+        if path.name == "b.txt":
+            raise OSError(28, "No space left on device")
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
+    with pytest.raises(ExportError, match="No space left"):
+        write_folder({"a.txt": b"1", "b.txt": b"2"}, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []

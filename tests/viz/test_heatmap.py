@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.algorithms.base import Axis
+from viz import heatmap
+from viz.heatmap import Heatmap, Tile, color_limits, render
+
+AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
+
+
+def draw(**changes: object) -> ElementTree.Element:
+    defaults: dict = {
+        "name": "morphology",
+        "axes": AXES,
+        "tiles": {(0, 0): Tile(-2.0, "worst"), (8, 9): Tile(6.0, "best")},
+        "limits": (-2.0, 6.0),
+    }
+    return ElementTree.fromstring(render(Heatmap(**(defaults | changes)), "go()"))
+
+
+def cells(svg: ElementTree.Element) -> dict[str, ElementTree.Element]:
+    return {g.attrib["data-c"]: g for g in svg.iter("g") if "data-c" in g.attrib}
+
+
+def test_every_cell_can_be_clicked_and_says_whether_it_is_filled() -> None:
+    drawn = cells(draw())
+    assert len(drawn) == 90
+    filled = {name for name, g in drawn.items() if g.attrib["data-filled"] == "1"}
+    assert filled == {"morphology:0,0", "morphology:8,9"}
+
+
+def test_modules_grow_to_the_right_and_stiffness_upwards() -> None:
+    def corner(name: str) -> tuple[float, float]:
+        rect = cells(draw())[name].find("rect")
+        assert rect is not None
+        return float(rect.attrib["x"]), float(rect.attrib["y"])
+
+    assert corner("morphology:1,0")[0] > corner("morphology:0,0")[0]
+    assert corner("morphology:0,1")[1] < corner("morphology:0,0")[1]
+
+
+def test_empty_cells_are_dashed_and_filled_ones_take_the_ends_of_the_colour_scale() -> None:
+    drawn = cells(draw())
+    empty, low, high = (drawn[f"morphology:{c}"].find("rect") for c in ("4,4", "0,0", "8,9"))
+    assert empty is not None
+    assert low is not None
+    assert high is not None
+    assert "stroke-dasharray" in empty.attrib
+    assert low.attrib["fill"] == "#440154"  # viridis from end to end
+    assert high.attrib["fill"] == "#fde725"
+
+
+def test_the_selection_is_ringed() -> None:
+    rings = [
+        r for r in draw(selected=(0, 0), linked=(8, 9)).iter("rect") if r.get("fill") == "none"
+    ]
+    assert len(rings) == 2
+    assert len({r.get("stroke") for r in rings}) == 2
+
+
+def test_hints_and_names_cannot_inject_markup() -> None:
+    svg = draw(tiles={(0, 0): Tile(0.0, '<script>alert("x")</script>')}, name='m" onload="x')
+    titles = [t.text for t in svg.iter("title")]
+    assert '<script>alert("x")</script>' in titles
+    assert not list(svg.iter("script"))
+    assert "onload" not in svg.attrib
+
+
+def test_stiffness_axis_is_labelled_in_tenths() -> None:
+    texts = {t.text for t in draw().iter("text")}
+    assert {"0.1", "0.5", "1.0", "2", "10", "modules", "relative stiffness"} <= texts
+
+
+@given(st.lists(st.floats(-100, 100), min_size=1))
+def test_color_limits_hold_every_value(values: list[float]) -> None:
+    low, high = color_limits(values)
+    assert low <= min(values)
+    assert high >= max(values)
+    assert high - low >= 1
+
+
+def test_color_limits_of_nothing() -> None:
+    assert color_limits([]) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("value", [-1e9, 1e9])
+def test_values_beyond_the_scale_take_its_end(value: float) -> None:
+    color = heatmap._color(value, (0.0, 1.0), "viridis")
+    assert re.fullmatch("#[0-9a-f]{6}", color)

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from engine import tensegrity as t
+from engine.morphology import Morphology
+from engine.robot import Physics, build_robot, module_placements
+from viz.robot_geometry import RobotGeometry
+
+BODY = Morphology(5, (3, 6, 1))
+
+
+@pytest.fixture
+def pose() -> np.ndarray:
+    """The robot as built."""
+    model = build_robot(BODY, Physics()).model
+    return np.array(model.qpos0, dtype=np.float32).reshape(BODY.n_modules, 6, 7)
+
+
+def test_everything_is_drawn_where_it_was_built(pose: np.ndarray) -> None:
+    drawing = RobotGeometry(BODY, 2).draw(pose, np.ones((3, 5)))
+    for m, (turn, centre) in enumerate(module_placements(BODY)):
+        nodes = drawing.nodes.reshape(3, -1, 3)[m]
+        np.testing.assert_allclose(nodes[:12], centre + turn.apply(t.NODES), atol=1e-6)
+        np.testing.assert_allclose(nodes[12], centre + turn.apply(t.ACTUATOR_POINT), atol=1e-6)
+        cables = drawing.cables.reshape(3, -1, 2, 3)[m]
+        assert len(cables) == len(t.CABLES) + len(t.SERVO_NODES)
+        for (a, b), ends in zip(t.CABLES, cables, strict=False):
+            gap = np.linalg.norm(ends - (centre + turn.apply(t.NODES[[a, b]])), axis=1)
+            np.testing.assert_allclose(gap, t.ANCHOR_OFFSET, atol=1e-6)
+
+
+def test_rods_point_along_their_nodes(pose: np.ndarray) -> None:
+    drawing = RobotGeometry(BODY, 2).draw(pose, np.ones((3, 5)))
+    directions = Rotation.from_quat(drawing.rod_turns, scalar_first=True).apply([0.0, 0.0, 1.0])
+    nodes = drawing.nodes.reshape(3, -1, 3)[:, :12].reshape(-1, 2, 3)
+    ends = (nodes[:, 1] - nodes[:, 0]) / t.ROD_LENGTH
+    np.testing.assert_allclose(np.abs((directions * ends).sum(axis=1)), 1.0, atol=1e-5)
+
+
+def test_a_pulling_servo_is_brighter_than_a_released_one(pose: np.ndarray) -> None:
+    geometry = RobotGeometry(BODY, 2)
+    released = geometry.draw(pose, np.ones((3, 5))).cable_colors.reshape(3, -1, 6)
+    pulling = geometry.draw(pose, np.zeros((3, 5))).cable_colors.reshape(3, -1, 6)
+    servo = slice(len(t.CABLES), None)
+    assert (pulling[:, servo].sum(axis=-1) > released[:, servo].sum(axis=-1)).all()
+    np.testing.assert_array_equal(pulling[:, : len(t.CABLES)], released[:, : len(t.CABLES)])
+
+
+def test_the_head_and_the_servos_have_their_own_colours() -> None:
+    geometry = RobotGeometry(BODY, 0)
+    colors = geometry.rod_colors.reshape(3, 6, 3)
+    assert (colors[0, 1] != colors[1, 1]).any()
+    assert (colors[:, t.SERVO_ROD] == colors[0, t.SERVO_ROD]).all()
+    assert len(geometry.node_radii) == len(geometry.node_colors) == 3 * 13
