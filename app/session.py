@@ -10,17 +10,15 @@ from pathlib import Path
 from typing import ParamSpec
 
 import viser
-from engine.export import export_files, zip_bytes
 
-from app import evolution, robot_panel, transport
-from app.archives_panel import ArchivesPanel
-from app.archives_panel import Events as ArchiveEvents
+from app import archives_panel, evolution, robot_panel, transport
 from app.arena import Arena
 from app.library import Library, RunStatus
 from app.player import Player
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.evaluation import Evaluation
+from engine.export import export_files, zip_bytes
 from engine.reader import Generation, RunReader
 from engine.records import cell_name
 from engine.replay import Replay
@@ -61,9 +59,9 @@ class Session:
         self._evaluation: Evaluation | None = None
         self._arena = Arena(client)
         self._player = Player(self._show_frame, self._player_stopped)
-        self._archives = ArchivesPanel(
+        self._archives = archives_panel.ArchivesPanel(
             client,
-            ArchiveEvents(
+            archives_panel.Events(
                 run_chosen=self._guarded(self.open_run),
                 generation_chosen=self._guarded(self.show_generation),
                 cell_clicked=self._guarded(self.pick),
@@ -82,6 +80,7 @@ class Session:
             client,
             self._player,
             transport.Events(trial_chosen=self._guarded(self.choose_trial), follow_changed=self._set_follow),
+            taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
         self._guarded(self._open_first)()
 
@@ -157,7 +156,7 @@ class Session:
         reader = self._reader()
         name = f"{reader.path.stem}_robot_{self._selection.number}"
         files = export_files(reader, self._selection.number)
-        self._client.send_file_download(f"{name}.zip", zip_bytes(files, name))
+        self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
     def start_run(self, name: str, preset: str, evaluations: int, seed: int, workers: int) -> None:
         """Start an evolution and show it."""

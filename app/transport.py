@@ -14,6 +14,8 @@ from viz.robot_card import target_name
 
 SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
+MIN_WIDTH = 420
+MARGIN = 20
 EXTENSION = 20.0
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
@@ -28,16 +30,24 @@ class Events:
 
 
 class TransportPanel:
-    """Controls a player and shows where it is."""
+    """Controls a player and shows where it is.
 
-    def __init__(self, client: viser.ClientHandle, player: Player, events: Events) -> None:
+    Args:
+        client: the browser.
+        player: what it controls.
+        events: whom it reports to.
+        taken: width in pixels that docked panels take.
+    """
+
+    def __init__(self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int) -> None:
         gui = client.gui
         self._player = player
         self._shown_time = -1e9
         self._targets: tuple[str, ...] = ()
+        width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
-            gui.add_html(_LAYOUT)
+            gui.add_html(_layout(width))
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
             self._slider = gui.add_slider(
                 "Time",
@@ -56,7 +66,7 @@ class TransportPanel:
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
             self._text = gui.add_html(_text("Click a filled cell of a map to watch its robot."))
-        panel.float(x=20, y=-15, width=WIDTH)
+        panel.float(x=MARGIN, y=-15, width=width)
 
         @self._play.on_click
         def _(_event: viser.GuiEvent) -> None:
@@ -160,23 +170,24 @@ def _text(line: str) -> str:
     return f'<div class="ta-replay" style="font-size:12.5px;opacity:.85;padding:4px 10px 6px">{line}</div>'
 
 
-# one row for time, one for the choices, one for the text; a phone keeps viser's single column
-_LAYOUT = """<style class="ta-transport">
-@media (min-width: 701px) {
-  div:has(> div > .ta-transport) {
-    display: grid; grid-template-columns: repeat(20, 1fr); align-items: center; row-gap: 2px;
-    padding: 8px 4px 2px;
-  }
-  div:has(> div > .ta-transport) > * { grid-column: span 20; padding-bottom: 0 !important; }
-  div:has(> div > .ta-transport) > :nth-child(1) { display: none; }
-  div:has(> div > .ta-transport) > :nth-child(2) { grid-column: span 3; }
-  div:has(> div > .ta-transport) > :nth-child(3) { grid-column: span 14; padding-top: 6px; }
-  div:has(> div > .ta-transport) > :nth-child(4) { grid-column: span 3; }
-  div:has(> div > .ta-transport) > :nth-child(5) { grid-column: span 6; }
-  div:has(> div > .ta-transport) > :nth-child(6),
-  div:has(> div > .ta-transport) > :nth-child(7) { grid-column: span 4; }
-  div:has(> div > .ta-transport) > :nth-child(8),
-  div:has(> div > .ta-transport) > :nth-child(9) { grid-column: span 3; }
-  div:has(> div > .ta-transport) > * > div > div:has(label) { width: auto !important; }
-}
-</style>"""
+_WIDE = (3, 14, 3, 6, 4, 4, 3, 3)
+_NARROW = (5, 11, 4, 11, 9, 8, 6, 6)
+"""Twentieths of the panel's width that the widgets take, in their order."""
+
+
+def _layout(width: int) -> str:
+    """Return a style that puts the widgets in rows; a phone keeps viser's single column."""
+    panel = "div:has(> div > .ta-transport)"
+    spans = _WIDE if width >= WIDTH else _NARROW
+    rules = "".join(
+        f"{panel} > :nth-child({k}) {{ grid-column: span {span}; }}" for k, span in enumerate(spans, start=2)
+    )
+    return (
+        '<style class="ta-transport">@media (min-width: 701px) {'
+        f"{panel} {{ display: grid; grid-template-columns: repeat(20, 1fr); align-items: center;"
+        " row-gap: 2px; padding: 8px 4px 2px; }"
+        f"{panel} > * {{ grid-column: span 20; padding-bottom: 0 !important; }}"
+        f"{panel} > :nth-child(1) {{ display: none; }}{rules}"
+        f"{panel} > :nth-child(3) {{ padding-top: 6px; }}"
+        f"{panel} > * > div > div:has(label) {{ width: auto !important; }} }}</style>"
+    )

@@ -52,6 +52,12 @@ def test_on_a_tie_the_older_one_stays(order):
     assert ranks(archive) == {(0, 0): (0.3, 0)}
 
 
+def test_the_same_evaluation_is_not_taken_twice():
+    archive = GridArchive(shape=SHAPE)
+    assert archive.add((0, 0), evaluation(4, 0.3))
+    assert not archive.add((0, 0), evaluation(4, 0.3))
+
+
 @examples(100)
 @given(offers)
 def test_every_cell_holds_the_best_that_was_offered(placed):

@@ -64,6 +64,7 @@ class TwoMaps:
         self.controller = {}
         self.projection = None
         self.refitted = self.rebounded = False
+        self.meaningful = True
 
     def tell(self, number, evaluations):
         whole = [e for e in evaluations if e.fitness is not None]
@@ -91,7 +92,7 @@ class TwoMaps:
 
     def _fit(self, evaluations):
         # with fewer points the second component is rounding error
-        assume(len(evaluations) >= 4)
+        self.meaningful &= len(evaluations) >= 4
         self.projection = make_pipeline(StandardScaler(), PCA(n_components=2, svd_solver="full"))
         self._cut(self.projection.fit_transform(sensed(evaluations)))
         self.refitted = True
@@ -126,6 +127,7 @@ def test_both_archives_hold_what_they_should(seed, failing):
     algorithm, expected = create(seed), TwoMaps()
     for number in range(9):
         expected.tell(number, generation(algorithm, salt=seed, failing=failing))
+        assume(expected.meaningful)
         assert held(algorithm.archives) == expected.held()
         assert algorithm.generation == number + 1
 
@@ -302,7 +304,7 @@ def test_the_order_of_evaluations_does_not_matter(seed, rng):
         assert one.state() == other.state()
 
 
-@examples(8)
+@examples(5)
 @given(seeds)
 def test_equal_seeds_give_equal_searches(seed):
     one, other, different = create(seed), create(seed), create(seed + 1)
@@ -406,7 +408,7 @@ def test_a_generation_of_failures_only_changes_no_archive():
     assert algorithm.generation == 2
 
 
-@examples(15)
+@examples(10)
 @given(
     seeds,
     st.integers(0, 6),

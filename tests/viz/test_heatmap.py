@@ -57,9 +57,7 @@ def test_empty_cells_are_dashed_and_filled_ones_take_the_ends_of_the_colour_scal
 
 
 def test_the_selection_is_ringed() -> None:
-    rings = [
-        r for r in draw(selected=(0, 0), linked=(8, 9)).iter("rect") if r.get("fill") == "none"
-    ]
+    rings = [r for r in draw(selected=(0, 0), linked=(8, 9)).iter("rect") if r.get("fill") == "none"]
     assert len(rings) == 2
     assert len({r.get("stroke") for r in rings}) == 2
 

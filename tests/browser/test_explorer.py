@@ -1,0 +1,243 @@
+"""What a user does in the explorer, done in a real Chromium."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import pytest
+from playwright.sync_api import Page, expect
+from processes import environment, free_port
+
+from engine.reader import RunReader
+from engine.replay import Replay
+from engine.store import is_being_written
+
+pytestmark = pytest.mark.browser
+Visit = Callable[[str], Page]
+
+MAP = "svg.ta-map[data-map={}]"
+
+
+def tile(page: Page, archive: str, filled: bool, nth: int = 0):
+    return page.locator(f'{MAP.format(archive)} g[data-filled="{int(filled)}"]').nth(nth)
+
+
+def field_of(page: Page, label: str):
+    """Return the text or number field that viser shows beside a label."""
+    flex = "xpath=ancestor::div[contains(@class, 'Flex-root')][1]//input[not(@type='hidden')]"
+    return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
+
+
+def click(target) -> None:
+    # the mouse goes down on a picture that may be redrawn before it comes up again
+    target.click(force=True, no_wait_after=True)
+
+
+def dismiss_notices(page: Page) -> None:
+    for button in page.locator(".mantine-Notification-closeButton").all():
+        button.click()
+
+
+def test_both_maps_appear_and_a_clicked_cell_replays_its_robot(
+    address: str, visit: Visit, small_reader: RunReader
+) -> None:
+    page = visit(address)
+    last = small_reader.last_generation()
+    assert last is not None
+    for archive in ("morphology", "controller"):
+        placed = small_reader.placements(archive, last)
+        filled = page.locator(f'{MAP.format(archive)} g[data-filled="1"]')
+        expect(filled).to_have_count(len(placed))
+    chosen = tile(page, "morphology", True)
+    cell = tuple(int(i) for i in chosen.get_attribute("data-c").split(":")[1].split(","))
+    number = small_reader.placements("morphology", last)[cell]
+    click(chosen)
+    expect(page.locator(".ta-card")).to_contain_text(f"Robot {number}")
+    # it plays to the end, and the end is exactly the one that was evaluated
+    expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
+    distance = 100 * small_reader.evaluation(number).distances[0, 0]
+    expect(page.locator(".ta-replay")).to_contain_text(f"{distance:.2f} cm at 2 s")
+
+
+def test_a_replay_starts_within_two_seconds_of_the_click(address: str, visit: Visit) -> None:
+    page = visit(address)
+    tile(page, "controller", True).wait_for()
+    waits = []
+    # best of three: the machine may be busy with something else
+    for nth in range(3):
+        chosen = tile(page, "controller", True, nth)
+        name = chosen.get_attribute("data-c").split(":")[1]
+        started = time.monotonic()
+        click(chosen)
+        page.locator(".ta-card", has_text=f"cell {name}").wait_for()
+        page.locator(".ta-replay", has_text=re.compile(r"-?\d\.\d s")).wait_for()
+        waits.append(time.monotonic() - started)
+    assert min(waits) < 2.0, waits
+
+
+def test_an_empty_cell_says_so(address: str, visit: Visit) -> None:
+    page = visit(address)
+    click(tile(page, "morphology", False))
+    expect(page.get_by_text("Empty cell", exact=True).first).to_be_visible()
+    expect(page.get_by_text("No robot of the morphology map")).to_be_visible()
+    expect(page.locator(".ta-card")).to_have_count(0)
+
+
+def test_what_strangers_send_through_the_click_channel_is_dropped(address: str, visit: Visit) -> None:
+    page = visit(address)
+    tile(page, "morphology", True).wait_for()
+    for garbage in (
+        "morphology:99,99|1",
+        "controller:-1,2|1",
+        "../x:1,1|1",
+        "x" * 5000,
+        "",
+        "morphology:1|2",
+    ):
+        page.evaluate(
+            """value => {
+                const label = [...document.querySelectorAll('label')].find(l => l.textContent == 'clicks');
+                let e = label, input = null;
+                while (e && !(input = e.querySelector('input'))) e = e.parentElement;
+                Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(input, value);
+                input.dispatchEvent(new Event('input', {bubbles: true}));
+            }""",
+            garbage,
+        )
+    expect(page.locator(".ta-card")).to_have_count(0)
+    click(tile(page, "morphology", True))
+    expect(page.locator(".ta-card")).to_be_visible()
+
+
+def test_two_browsers_have_their_own_selection(address: str, visit: Visit) -> None:
+    first, second = visit(address), visit(address)
+    click(tile(first, "morphology", True))
+    expect(first.locator(".ta-card")).to_be_visible()
+    tile(second, "morphology", True).wait_for()
+    assert second.locator(".ta-card").count() == 0
+
+
+def test_earlier_generations_can_be_shown(address: str, visit: Visit, small_reader: RunReader) -> None:
+    page = visit(address)
+    tile(page, "controller", True).wait_for()
+    early = small_reader.placements("controller", 0)
+    late = small_reader.placements("controller", small_reader.last_generation() or 0)
+    assert early != late
+    field = field_of(page, "Generation")
+    field.fill("0")
+    field.press("Enter")
+    hints = {f"robot {n}," for n in early.values()}
+    expect(page.locator(f'{MAP.format("controller")} g[data-filled="1"]')).to_have_count(len(early))
+    shown = page.locator(f"{MAP.format('controller')} title").all_text_contents()
+    assert {h for h in hints if any(h in s for s in shown)} == hints
+
+
+def test_export_downloads_a_robot_that_mujoco_loads(address: str, visit: Visit) -> None:
+    page = visit(address)
+    click(tile(page, "morphology", True))
+    expect(page.locator(".ta-card")).to_be_visible()
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Export").click()
+    content = Path(waiting.value.path()).read_bytes()
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = {Path(n).name: n for n in archive.namelist()}
+        assert {"robot.xml", "genotype.json", "bill_of_materials.csv", "README.md"} <= set(names)
+        model = mujoco.MjModel.from_xml_string(archive.read(names["robot.xml"]).decode())
+    assert model.nbody % 6 == 1
+
+
+def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Visit) -> None:
+    """An evolution in a process of its own, a bare app that finds it, one page that is never reloaded."""
+    run = workplace / "runs" / "live.tsmr"
+    flags = ["--preset", "smoke", "--seed", "3", "--workers", "1", "--evaluations", "400"]
+    evolution = subprocess.Popen(
+        [sys.executable, "-m", "app", "evolve", str(run), *flags, "--initial", "4", "--batch-size", "2"],
+        env=environment(),
+        stderr=subprocess.DEVNULL,
+    )
+    port = free_port()
+    app = None
+    try:
+        _wait(lambda: run.exists() and RunReader(run).last_generation() is not None)
+        app = subprocess.Popen(
+            [sys.executable, "-m", "app", "explore", str(run), "--port", str(port)],
+            env=environment(),
+            stdout=subprocess.DEVNULL,
+        )
+        _wait(lambda: _answers(port))
+        page = visit(f"http://127.0.0.1:{port}")
+        expect(page.locator(".ta-status")).to_contain_text("live")
+        page.evaluate("window.never_reloaded = true")
+        before = tile(page, "morphology", True).locator("xpath=ancestor::*[name()='svg']")
+        drawn = before.inner_html()
+        page.wait_for_function(
+            "old => document.querySelector('svg.ta-map[data-map=morphology]')?.innerHTML != old", arg=drawn
+        )
+        assert page.evaluate("window.never_reloaded") is True
+        page.get_by_role("button", name="Stop").click()
+        assert evolution.wait(timeout=60) == 130
+        expect(page.locator(".ta-status")).to_contain_text("stopped")
+    finally:
+        for process in (evolution, app):
+            if process is not None and process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                process.wait()
+
+
+def test_a_run_can_be_started_watched_and_stopped_from_the_page(
+    address: str, workplace: Path, visit: Visit
+) -> None:
+    page = visit(address)
+    tile(page, "morphology", True).wait_for()
+    dismiss_notices(page)
+    page.get_by_text("New run", exact=True).click()
+    field_of(page, "Name").fill("from-the-page")
+    page.get_by_role("button", name="Start").click()
+    run = workplace / "runs" / "from-the-page.tsmr"
+    try:
+        expect(page.locator(".ta-status")).to_contain_text("live")
+        expect(page.locator(".ta-status")).to_contain_text("of 600 evaluations")
+        page.get_by_role("button", name="Stop").click()
+        expect(page.locator(".ta-status")).to_contain_text("stopped")
+        assert not is_being_written(run)
+        # the same name again is refused, and nothing is lost
+        page.get_by_role("button", name="Start").click()
+        expect(page.get_by_text("exists already")).to_be_visible()
+    finally:
+        if is_being_written(run):
+            from app import evolution
+
+            evolution.stop(run)
+
+
+def test_replay_in_the_app_equals_the_evaluation_for_every_trial(small_reader: RunReader) -> None:
+    """What the browser plays is what was scored."""
+    evaluation = small_reader.evaluation(3)
+    for target in range(4):
+        replay = Replay(small_reader.config, evaluation, target=target)
+        replay.advance(replay.trial_time)
+        assert replay.final_distance == evaluation.distances[target, 0]
+        json.dumps(replay.final_distance)
+
+
+def _wait(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.1)
+
+
+def _answers(port: int) -> bool:
+    with socket.socket() as s:
+        return s.connect_ex(("127.0.0.1", port)) == 0
