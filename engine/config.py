@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+import sys
 import typing
 from typing import Any, Final, Literal
 
@@ -49,6 +49,11 @@ class RunConfig:
     def __post_init__(self) -> None:
         get_task(self.task)
         check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        period = self.physics.control_period
+        for name in ("settle_time", "open_loop_time", "trial_time"):
+            updates = getattr(self.trials, name) / period
+            if abs(updates - round(updates)) > 1e-6:
+                raise InvalidData(f"{name} must be a whole number of control periods ({period} s)")
         if not 0 <= self.seed < 2**32:
             raise InvalidData(f"seed must be from 0 to {2**32 - 1}, not {self.seed}")
 
@@ -110,7 +115,7 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         if value not in typing.get_args(kind):
             raise InvalidData(f"{where}: {value!r} is not one of {typing.get_args(kind)}")
         return value
-    if kind is float and type(value) in (int, float) and math.isfinite(value):
+    if kind is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
         return float(value)
     if kind is int and type(value) is int:
         return value

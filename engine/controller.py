@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import math
 import random
+import sys
 from collections.abc import Iterator
 from random import Random
 from typing import Any, Final, Self
@@ -279,5 +280,6 @@ def _check_acyclic(pairs: set[tuple[int, int]]) -> None:
 
 def _check_finite(*values: Any) -> None:
     for v in values:
-        if type(v) not in (float, int) or not math.isfinite(v):
+        # isfinite fails on whole numbers that are too large for a float
+        if type(v) not in (float, int) or not abs(v) <= sys.float_info.max:
             raise InvalidData(f"a gene's value must be a finite number, not {v!r}")

@@ -5,6 +5,10 @@ class TensAtlasError(Exception):
     """Base of every error that is the user's to mend; the command line prints it and exits with 2."""
 
 
+UNEXPECTED_DATA = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
+"""What reading data that is not what it should be may raise."""
+
+
 class InvalidData(TensAtlasError):
     """A genotype, configuration or file holds something that it must not."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Final, Protocol
 
@@ -48,10 +49,9 @@ class TrialConfig:
     def __post_init__(self) -> None:
         if self.repeats < 1:
             raise InvalidData(f"repeats must be at least 1, not {self.repeats}")
-        if self.trial_time < 1.0:
-            raise InvalidData(f"trial_time must be at least 1 s, not {self.trial_time}")
-        if self.settle_time < 0.0 or self.open_loop_time < 0.0:
-            raise InvalidData("settle_time and open_loop_time must not be negative")
+        for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
+            if not least <= getattr(self, name) < math.inf:
+                raise InvalidData(f"{name} must be at least {least:g} s, not {getattr(self, name)}")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

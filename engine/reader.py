@@ -15,7 +15,7 @@ from typing import Any, Self
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.config import RunConfig, from_json
-from engine.errors import InvalidData, RunFileError
+from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
 from engine.evaluation import Evaluation
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
@@ -92,16 +92,11 @@ class RunReader:
         self._db = _connect(path)
         try:
             self._check_format()
-            meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
-            self.config: RunConfig = from_json(meta.get("config"))
-            self.versions: dict[str, str] = _strings(meta.get("versions", {}))
-            self.created_at = str(meta.get("created_at", ""))
-        except InvalidData as e:
-            self.close()
-            raise RunFileError(f"{path} is damaged: {e}") from None
-        except ValueError as e:
-            self.close()
-            raise RunFileError(f"{path} is damaged: {e}") from None
+            with self.guard():
+                meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
+                self.config: RunConfig = from_json(meta.get("config"))
+                self.versions: dict[str, str] = _strings(meta.get("versions", {}))
+                self.created_at = str(meta.get("created_at", ""))
         except RunFileError:
             self.close()
             raise
@@ -186,7 +181,8 @@ class RunReader:
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""
         rows = self._query("SELECT generation FROM evaluations WHERE number = ?", (number,))
-        return int(rows[0][0]) if rows else None
+        with self.guard():
+            return int(rows[0][0]) if rows else None
 
     def evaluation(self, number: int) -> Evaluation:
         """Return one evaluation.
@@ -267,7 +263,7 @@ class RunReader:
         try:
             with self._mutex:
                 return self._db.execute(sql, parameters).fetchall()
-        except (sqlite3.Error, OverflowError) as e:
+        except (sqlite3.Error, OverflowError, UnicodeDecodeError) as e:
             raise RunFileError(f"{self.path} cannot be read: {e}") from None
 
     def _chunked(self, sql: str, numbers: set[int]) -> list[sqlite3.Row]:
@@ -293,13 +289,13 @@ class _Damage:
         return None
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, InvalidData | ValueError | TypeError | KeyError | AttributeError):
+        if isinstance(error, (InvalidData, *UNEXPECTED_DATA)):
             raise RunFileError(f"{self._path} is damaged: {error}") from None
 
 
 def _connect(path: Path) -> sqlite3.Connection:
     where = urllib.parse.quote(str(path.absolute()))
-    error: sqlite3.Error | None = None
+    error: Exception | None = None
     # a file in a folder that cannot be written opens only as immutable
     for options in ("mode=ro", "mode=ro&immutable=1"):
         try:
@@ -308,7 +304,7 @@ def _connect(path: Path) -> sqlite3.Connection:
             db.execute("PRAGMA trusted_schema=OFF")
             db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
             return db
-        except sqlite3.Error as e:
+        except (sqlite3.Error, UnicodeDecodeError) as e:
             error = e
     raise RunFileError(f"{path} cannot be read: {error}")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.archive import Cell
 from engine.controller import Controller
-from engine.errors import InvalidData
+from engine.errors import UNEXPECTED_DATA, InvalidData
 from engine.evaluation import Evaluation, Solution
 from engine.morphology import Morphology
 
@@ -86,7 +86,7 @@ def from_row(row: Any) -> Evaluation:
         )
     except InvalidData as e:
         raise e if str(e).startswith(where) else InvalidData(f"{where}: {e}") from None
-    except (ValueError, TypeError, RecursionError) as e:
+    except UNEXPECTED_DATA as e:
         raise InvalidData(f"{where} is damaged: {e}") from None
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -58,9 +59,9 @@ class Physics:
 
     def __post_init__(self) -> None:
         for name in ("timestep", "control_period", "inertia_scale", "friction", "impratio"):
-            if not getattr(self, name) > 0.0:
+            if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
-        if self.servo_noise < 0.0:
+        if not 0.0 <= self.servo_noise < math.inf:
             raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
         for what, ratio in (
             (

@@ -64,16 +64,17 @@ class RunWriter:
         """
         if path.suffix != SUFFIX:
             raise RunFileError(f"{path}: a run file's name ends in {SUFFIX}")
-        if path.exists():
-            raise RunFileError(
-                f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
-            )
         if path.parent.exists() and not path.parent.is_dir():
             raise RunFileError(f"{path.parent} is not a folder; choose another place for the run")
         lock = -1
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             lock = _acquire(path)
+            if path.exists():
+                _release(path, lock)
+                raise RunFileError(
+                    f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
+                )
             part = path.with_name(path.name + ".part")
             part.unlink(missing_ok=True)
             with contextlib.closing(sqlite3.connect(part, isolation_level=None)) as db:

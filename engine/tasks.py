@@ -67,7 +67,8 @@ def distance_and_bearing(
     to = point - position
     ahead = to[..., 0] * direction[..., 0] + to[..., 1] * direction[..., 1]
     left = to[..., 1] * direction[..., 0] - to[..., 0] * direction[..., 1]
-    return np.hypot(to[..., 0], to[..., 1]), np.arctan2(left, ahead)
+    # adding zero turns -0.0 into 0.0, so that straight behind is pi, never -pi
+    return np.hypot(to[..., 0], to[..., 1]), np.arctan2(left + 0.0, ahead)
 
 
 def fitness(distances: np.ndarray) -> float:

@@ -128,7 +128,7 @@ class DoubleMapMapElites(Algorithm):
     def tell(self, evaluations: Sequence[Evaluation]) -> None:
         """Offer every evaluation to both archives."""
         ordered = sorted(evaluations, key=lambda e: e.solution.number)
-        if [e.solution for e in ordered] != self._asked:
+        if not self._asked or [e.solution for e in ordered] != self._asked:
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
         self._asked = []
         whole = [e for e in ordered if e.fitness is not None]

@@ -1,18 +1,14 @@
 """Fixtures of the engine's tests; what tests build for themselves is in ``made_up.py`` beside it."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
+from made_up import TINY, MadeUpEvaluator
+
+import engine.run
 
 HERE = Path(__file__).parent
-if str(HERE) not in sys.path:
-    sys.path.insert(0, str(HERE))
-
-from made_up import TINY, MadeUpEvaluator  # noqa: E402
-
-import engine.run  # noqa: E402
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ from engine.robot import Physics
 
 NAN, INF = float("nan"), float("inf")
 positive = st.floats(1e-3, 1e3)
+whole_periods = st.integers(0, 5000).map(lambda n: 0.02 * n)
 configs = st.builds(
     RunConfig,
     evaluations=st.integers(100, 10**6),
@@ -24,8 +25,8 @@ configs = st.builds(
     trials=st.builds(
         TrialConfig,
         repeats=st.integers(1, 9),
-        settle_time=positive,
-        open_loop_time=positive,
+        settle_time=whole_periods,
+        open_loop_time=whole_periods,
         trial_time=st.integers(1, 100).map(float),
     ),
     physics=st.builds(
@@ -147,6 +148,8 @@ def test_impossible_times_are_refused(field, value):
         {"seed": -1},
         {"seed": 2**32},
         {"task": "flying"},
+        {"trials": TrialConfig(trial_time=1.995)},
+        {"trials": TrialConfig(settle_time=0.03)},
     ],
     ids=str,
 )
