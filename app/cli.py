@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
-from engine.export import export_files, write_folder
 from rich.console import Console
 
 from app import commands as c
@@ -21,6 +20,7 @@ from engine import run
 from engine.archive import Cell
 from engine.config import preset
 from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.export import export_files, write_folder
 from engine.reader import Generation, RunReader
 from engine.records import cell_name, parse_cell
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -54,6 +55,8 @@ def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.Vis
         ServerError: the address cannot be listened on.
     """
     check_address(host, port)
+    # a browser may go while a frame is on its way to it
+    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     library = Library(places)
     server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
     # any browser could otherwise open a tunnel that shares the server with the world

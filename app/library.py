@@ -60,7 +60,7 @@ class Library:
         for place in self._places:
             if place.is_dir():
                 found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
-            else:
+            elif place.suffix == SUFFIX:
                 found[place] = None
         if NEW_RUNS.is_dir():
             found |= dict.fromkeys(sorted(p for p in NEW_RUNS.iterdir() if p.suffix == SUFFIX))

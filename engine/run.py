@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import importlib.metadata
 import platform
@@ -100,13 +101,15 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
     Raises:
         RunFileError: the file is no run file, is damaged, or another process is writing it.
     """
-    with RunReader(path) as reader:
-        config = reader.config
-    with RunWriter.open(path) as writer:
-        # read under the lock: nobody else moves the run on between reading and going on
-        with RunReader(path) as reader:
+    with contextlib.ExitStack() as stack:
+        # The reader comes first: it opens and closes the file once more to look at its header, and
+        # closing any descriptor of a file drops the locks that this process holds on it.
+        reader = stack.enter_context(RunReader(path))
+        with RunWriter.open(path) as writer:
+            # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
-        _work(writer, config, algorithm, seconds, n_threads, observer)
+            stack.close()
+            _work(writer, reader.config, algorithm, seconds, n_threads, observer)
 
 
 def _restore(reader: RunReader) -> tuple[Algorithm, float]:

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.archives_panel import label_paths
+from app.library import Library, RunStatus
+from engine.config import RunConfig
+from engine.errors import RunFileError
+from engine.run import create_algorithm, create_evaluator, statistics
+from engine.store import RunWriter
+
+
+@pytest.fixture
+def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Library]:
+    monkeypatch.chdir(tmp_path)
+    library = Library([tmp_path / "shown"])
+    yield library
+    library.close()
+
+
+def test_runs_appear_by_themselves(library: Library, tmp_path: Path, small_run: Path) -> None:
+    assert library.runs() == []
+    for folder in ("shown", "runs"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(small_run, tmp_path / folder / "a.tsmr")
+    (tmp_path / "shown" / "notes.txt").write_text("no run")
+    assert library.runs() == [tmp_path / "shown" / "a.tsmr", tmp_path / "runs" / "a.tsmr"]
+    labels = label_paths(library.runs())
+    assert len(labels) == 2
+    assert list(labels.values()) == library.runs()
+
+
+def test_a_replaced_file_is_read_anew(library: Library, tmp_path: Path, small_run: Path) -> None:
+    path = tmp_path / "a.tsmr"
+    shutil.copy(small_run, path)
+    assert library.status(path).n_evaluations == 18
+    assert library.reader(path) is library.reader(path)
+    path.unlink()
+    with pytest.raises(RunFileError, match="does not exist any more"):
+        library.reader(path)
+
+
+def test_a_watch_reports_each_step_of_a_run(
+    library: Library, tmp_path: Path, small_config: RunConfig
+) -> None:
+    path = tmp_path / "live.tsmr"
+    seen: list[RunStatus] = []
+    moved = threading.Event()
+
+    def listener(_: Path, status: RunStatus) -> None:
+        seen.append(status)
+        moved.set()
+
+    algorithm = create_algorithm(small_config)
+    with RunWriter.create(path, small_config, {}) as writer:
+        library.watch("me", path, listener)
+        threading.Event().wait(1.0)  # the first look is no news
+        assert seen == []
+        solutions = algorithm.ask()
+        evaluations = [e for group in create_evaluator(small_config, 2).evaluate(solutions) for e in group]
+        writer.add_evaluations(0, evaluations)
+        assert moved.wait(10)
+        assert seen[-1] == RunStatus(None, 10, True)
+        moved.clear()
+        algorithm.tell(evaluations)
+        writer.close_generation(algorithm, statistics(algorithm, 0.45), 1.0)
+        assert moved.wait(10)
+        assert seen[-1] == RunStatus(0, 10, True)
+        moved.clear()
+    assert moved.wait(10)
+    assert seen[-1] == RunStatus(0, 10, False)
+    library.unwatch("me")

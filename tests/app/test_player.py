@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from app.player import Player, current_frame
+from app.transport import describe
+from engine.errors import InvalidData
+from engine.reader import RunReader
+from engine.replay import Replay
+
+
+@pytest.fixture
+def shown() -> list[tuple[Replay, int]]:
+    return []
+
+
+@pytest.fixture
+def player(shown: list[tuple[Replay, int]]) -> Iterator[Player]:
+    player = Player(lambda replay, index: shown.append((replay, index)), lambda: None)
+    yield player
+    player.close()
+
+
+def wait(condition: Callable[[], object], seconds: float = 30.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.02)
+
+
+def replay_of(reader: RunReader, number: int = 2, **trial: int) -> Replay:
+    return Replay(reader.config, reader.evaluation(number), **trial)
+
+
+def test_frames_come_in_order_up_to_the_end(
+    player: Player, shown: list[tuple[Replay, int]], small_reader: RunReader
+) -> None:
+    replay = replay_of(small_reader)
+    player.speed = 4.0
+    player.load(replay)
+    wait(lambda: not player.playing)
+    indices = [i for r, i in shown if r is replay]
+    assert indices == sorted(indices)
+    assert player.time == pytest.approx(2.0)
+    frame = current_frame(player)
+    assert frame is not None
+    assert frame.time == pytest.approx(2.0)
+    assert len(replay.frames) == 60  # 2.4 s at 25 frames a second
+    assert "exactly as evaluated" in describe(player)
+
+
+def test_seek_pause_loop_and_extend(player: Player, small_reader: RunReader) -> None:
+    replay = replay_of(small_reader)
+    player.load(replay)
+    wait(lambda: replay.final_distance is not None)
+    player.pause()
+    player.seek(1.0)
+    wait(lambda: abs((current_frame(player) or replay.frames[0]).time - 1.0) < 0.05)
+    player.seek(1e9)
+    assert player.time == 2.0
+    player.seek(-1e9)
+    assert player.time == pytest.approx(-0.4)
+    assert "settles" in describe(player)
+    player.extend(1.0)
+    wait(lambda: replay.frames[-1].time == pytest.approx(3.0))
+    assert player.until == 3.0
+    player.loop, player.speed = True, 8.0
+    wait(lambda: player.time > 2.5)
+    wait(lambda: player.time < 1.0)
+    assert player.playing
+
+
+def test_another_replay_takes_over_at_once(
+    player: Player, shown: list[tuple[Replay, int]], small_reader: RunReader
+) -> None:
+    first, second = replay_of(small_reader), replay_of(small_reader, 3)
+    player.load(first)
+    player.load(second)
+    wait(lambda: any(r is second for r, _ in shown))
+    started = next(k for k, (r, _) in enumerate(shown) if r is second)
+    assert all(r is second for r, _ in shown[started:])
+    wait(lambda: second.final_distance is not None)
+    assert first.final_distance is None  # it was cancelled
+
+
+def test_every_trial_ends_where_it_was_evaluated(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(2)
+    for target in range(4):
+        replay = replay_of(small_reader, target=target)
+        replay.advance(replay.trial_time)
+        assert replay.final_distance == evaluation.distances[target, 0]
+
+
+@pytest.mark.parametrize("trial", [{"target": 4}, {"target": -1}, {"repeat": 1}])
+def test_trials_that_do_not_exist_are_refused(small_reader: RunReader, trial: dict[str, int]) -> None:
+    with pytest.raises(InvalidData):
+        replay_of(small_reader, **trial)
+
+
+def test_cancel_ends_a_running_simulation(small_reader: RunReader) -> None:
+    replay = replay_of(small_reader)
+    thread = threading.Thread(target=replay.advance, args=(1e6,))
+    thread.start()
+    wait(lambda: replay.frames)
+    replay.cancel()
+    thread.join(timeout=30)
+    assert not thread.is_alive()
