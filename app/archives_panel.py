@@ -94,9 +94,10 @@ class ArchivesPanel:
         badge = '<b style="color:#36b3a0">● live</b>' if live else "finished"
         if not live and n < config.evaluations:
             badge = '<span style="color:#e0a458">stopped</span>'
+        failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
         lines = [
             f"{html.escape(config.task)} · {html.escape(config.algorithm)} · {badge}",
-            f"{n} of {config.evaluations} evaluations · {html.escape(reader.created_at[:10])}",
+            f"{n} of {config.evaluations} evaluations{failed} · {html.escape(reader.created_at[:10])}",
         ]
         self._status.content = (
             '<div class="ta-status" style="font-size:12.5px;line-height:1.5;opacity:.9;padding:0 10px 4px">'

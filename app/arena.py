@@ -16,8 +16,8 @@ TRAIL_STEP = 5
 """Frames between two points of the trail."""
 TARGET_RADIUS = 0.02
 TARGET_HEIGHT = 0.06
-FOLLOW_SHARE = 0.15
-"""Share of the remaining way that a following camera covers per frame."""
+FOLLOW_STEP = 0.002
+"""Metres that the robot moves before a following camera moves with it."""
 
 
 class Arena:
@@ -49,13 +49,14 @@ class Arena:
             shadow_opacity=0.35,
         )
 
-    def home(self, centre: np.ndarray, size: float) -> None:
-        """Look at a point of the ground from a distance that shows a robot and its target."""
+    def look_at(self, centre: np.ndarray, size: float) -> None:
+        """Look at a point of the ground from a distance that shows so many metres around it."""
         camera = self._client.camera
-        away = 1.1 * max(size, 0.35)
+        away = max(size, 0.3)
         with self._client.atomic():
-            camera.position = (centre[0] - 0.75 * away, centre[1] - 0.95 * away, 0.8 * away)
-            camera.look_at = (float(centre[0]), float(centre[1]), 0.03)
+            camera.position = (centre[0] - 0.55 * away, centre[1] - 0.9 * away, 0.75 * away)
+            # a little in front of it, because a panel covers the lower edge
+            camera.look_at = (float(centre[0]), float(centre[1]) - 0.08 * away, 0.0)
 
     def show(self, replay: Replay, index: int) -> None:
         """Draw a frame of a replay; another replay than the last one replaces the robot."""
@@ -68,6 +69,7 @@ class Arena:
         centre = frame.pose[..., :3].mean(axis=(0, 1))
         if not self._has_target and replay.target is not None:
             self._add_target(replay.target)
+            self._frame(centre[:2], replay.target)
         with self._client.atomic():
             self._rods.batched_positions = drawing.rod_positions
             self._rods.batched_wxyzs = drawing.rod_turns
@@ -78,6 +80,8 @@ class Arena:
                 self._trail_line.points = trail
         if self.follow:
             self._follow(centre)
+        else:
+            self._followed = centre[:2]
 
     def clear(self) -> None:
         """Remove the robot."""
@@ -124,8 +128,13 @@ class Arena:
         self._handles = [self._rods, self._nodes, self._cables, self._trail_line]
         self._replay, self._geometry, self._has_target = replay, geometry, False
         self._trail_index = -1
-        centre = pose[..., :3].mean(axis=(0, 1))
-        self.home(centre, 0.5 * np.ptp(pose[..., :2], axis=(0, 1)).max() + 0.35)
+        self._followed = pose[..., :2].mean(axis=(0, 1))
+        self.look_at(self._followed, np.ptp(pose[..., :2], axis=(0, 1)).max() + 0.3)
+
+    def _frame(self, robot: np.ndarray, target: np.ndarray) -> None:
+        """Show the robot and its target."""
+        self._followed = robot
+        self.look_at((robot + target) / 2, 1.25 * float(np.linalg.norm(target - robot)) + 0.25)
 
     def _add_target(self, target: np.ndarray) -> None:
         post = self._scene.add_cylinder(
@@ -153,14 +162,15 @@ class Arena:
         return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
 
     def _follow(self, centre: np.ndarray) -> None:
-        camera = self._client.camera
-        way = FOLLOW_SHARE * (centre[:2] - camera.look_at[:2])
-        if np.hypot(*way) < 2e-4:
+        """Move the camera as the robot moves; how the user turned and zoomed it stays."""
+        step = centre[:2] - self._followed
+        if np.hypot(*step) < FOLLOW_STEP:
             return
+        self._followed = centre[:2]
+        camera = self._client.camera
         with self._client.atomic():
-            # the view direction stays as the user turned it
-            camera.position = camera.position + np.array([*way, 0.0])
-            camera.look_at = camera.look_at + np.array([*way, 0.0])
+            camera.position = camera.position + np.array([*step, 0.0])
+            camera.look_at = camera.look_at + np.array([*step, 0.0])
 
 
 def _linear(colors: np.ndarray) -> np.ndarray:

@@ -8,6 +8,8 @@ import html
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.records import cell_name
@@ -57,10 +59,14 @@ class Heatmap:
 
 
 def color_limits(values: list[float]) -> tuple[float, float]:
-    """Return the ends of a colour scale for values in cm: rounded outwards to whole centimetres."""
+    """Return the ends of a colour scale for values in cm, rounded outwards to whole centimetres.
+
+    The scale ends at the best value and begins at the 5th percentile: a few robots that run away from
+    their targets would otherwise take the colours from all others.
+    """
     if not values:
         return (0.0, 1.0)
-    low, high = math.floor(min(values)), math.ceil(max(values))
+    low, high = math.floor(np.percentile(values, 5)), math.ceil(max(values))
     return (float(low), float(max(high, low + 1)))
 
 
@@ -198,10 +204,14 @@ def _color_bar(heatmap: Heatmap) -> str:
         f' fill="{_step_color(round(255 * (1 - (k + 0.5) / steps)), heatmap.colormap)}"/>'
         for k in range(steps)
     )
+    below = any(t.value < low for t in heatmap.tiles.values())
+    labels = {part: _tick(low + part * (high - low)) for part in (0.0, 0.25, 0.5, 0.75, 1.0)}
+    if below:
+        labels[0.0] = f"≤{labels[0.0]}"
     ticks = "".join(
         f'<text x="{x + BAR_WIDTH + 4}" y="{TOP + height * (1 - part) + 3.5}" fill="currentColor"'
-        f' fill-opacity="0.75" font-size="10">{_tick(low + part * (high - low))}</text>'
-        for part in (0.0, 0.25, 0.5, 0.75, 1.0)
+        f' fill-opacity="0.75" font-size="10">{label}</text>'
+        for part, label in labels.items()
     )
     title = (
         f'<text x="{x + BAR_WIDTH / 2}" y="{TOP + height + 27}" text-anchor="middle"'

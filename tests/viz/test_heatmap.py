@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import re
 from xml.etree import ElementTree
 
@@ -76,11 +77,19 @@ def test_stiffness_axis_is_labelled_in_tenths() -> None:
 
 
 @given(st.lists(st.floats(-100, 100), min_size=1))
-def test_color_limits_hold_every_value(values: list[float]) -> None:
+def test_color_limits_hold_the_best_and_all_but_a_few_of_the_worst(values: list[float]) -> None:
     low, high = color_limits(values)
-    assert low <= min(values)
     assert high >= max(values)
+    assert low <= sorted(values)[math.ceil(0.05 * (len(values) - 1))]
     assert high - low >= 1
+
+
+def test_one_runaway_does_not_take_the_colours_from_the_others() -> None:
+    values = [*(k / 20 for k in range(100)), -300.0]
+    assert color_limits(values) == (0.0, 5.0)
+    labels = [t.text for t in draw(tiles={(0, 0): Tile(-9.0, "")}, limits=(-2.0, 6.0)).iter("text")]
+    assert "≤-2" in labels
+    assert "≤-2" not in [t.text for t in draw().iter("text")]
 
 
 def test_color_limits_of_nothing() -> None:

@@ -1,0 +1,75 @@
+"""Random robots of every size and stiffness through whole trials: ``python -m benchmarks.stability``.
+
+Prints one line per size and exits with 1 if a simulation diverged.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import random
+import sys
+import time
+
+import numpy as np
+import tyro
+
+from engine.controller import Neat
+from engine.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.morphology import Morphology
+from engine.robot import Physics
+from engine.tasks import GOAL_REACHING
+from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Simulate random robots and count divergences."""
+
+    robots: int = 200
+    """How many; sizes and stiffness levels take turns, so that all occur."""
+    seed: int = 0
+    """Of faces, networks and noise."""
+    threads: int = os.cpu_count() or 1
+    """Threads that simulate."""
+
+
+def main(arguments: Arguments) -> int:
+    """Run and return the exit status."""
+    rng, neat = random.Random(arguments.seed), Neat(n_inputs=GOAL_REACHING.n_inputs)
+    sizes = range(MIN_MODULES, MAX_MODULES + 1)
+    bodies = [
+        Morphology(1 + k % N_STIFFNESS_LEVELS, tuple(rng.randint(1, 8) for _ in range(sizes[k % len(sizes)])))
+        for k in range(arguments.robots)
+    ]
+    # one target is enough: each robot runs once, 43 s
+    task = dataclasses.replace(GOAL_REACHING, target_bearings=GOAL_REACHING.target_bearings[:1])
+    evaluator = LocalEvaluator(
+        task=task,
+        physics=Physics(),
+        trials=TrialConfig(repeats=1),
+        run_seed=arguments.seed,
+        n_threads=arguments.threads,
+    )
+    solutions = [
+        Solution(number=k, morphology=body, controller=neat.random(rng)) for k, body in enumerate(bodies)
+    ]
+    failed = 0
+    print("modules  robots  diverged  CPU s per robot  median net head displacement, cm")
+    for size in sizes:
+        group = [s for s in solutions if s.morphology.n_modules == size]
+        started = time.process_time()
+        results = [e for chunk in evaluator.evaluate(group) for e in chunk]
+        seconds = (time.process_time() - started) / max(len(group), 1)
+        bad = [e for e in results if e.failure]
+        failed += len(bad)
+        net = [100 * float(np.hypot(*e.trajectory[0, -1])) for e in results if not e.failure]
+        print(f"{size:7}  {len(group):6}  {len(bad):8}  {seconds:15.2f}  {np.median(net):.1f}", flush=True)
+        for e in bad:
+            print(f"         robot {e.solution.number}, {e.solution.morphology}: {e.failure}")
+    print(f"{failed} of {len(solutions)} diverged")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(tyro.cli(Arguments)))

@@ -1,0 +1,49 @@
+"""Take the README's picture of the real app: ``python -m tests.browser.screenshot OUT [RUN]``."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from app.explore import serve
+from app.library import PROJECT_ARCHIVES, Library
+
+FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+WAIT = 90_000
+
+
+def take(out: Path, run: Path, seconds: float, size: tuple[int, int] = (1600, 900)) -> None:
+    """Open a run, choose its best robot and wait until its replay has reached a time."""
+    with serve([run], host="127.0.0.1", port=0) as server, sync_playwright() as playwright:
+        found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+        browser = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.set_default_timeout(WAIT)
+        page.goto(f"http://127.0.0.1:{server.get_port()}")
+        tiles = page.locator('svg[data-map=morphology] g[data-filled="1"]')
+        tiles.first.wait_for()
+        hints = [t.split()[1] for t in tiles.locator("title").all_text_contents()]
+        best = max(range(len(hints)), key=lambda k: float(hints[k]))
+        tiles.nth(best).click(force=True)
+        page.locator(".ta-card").wait_for()
+        for notice in page.locator(".mantine-Notification-closeButton").all():
+            notice.click()
+        page.wait_for_function(
+            "s => parseFloat(document.querySelector('.ta-replay').textContent) >= s", arg=seconds
+        )
+        page.get_by_role("button", name="Pause").click()
+        page.mouse.move(size[0] / 2, 5)
+        page.wait_for_timeout(2500)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=out)
+        browser.close()
+
+
+if __name__ == "__main__":
+    library = Library([PROJECT_ARCHIVES])
+    chosen = Path(sys.argv[2]) if len(sys.argv) > 2 else library.runs()[0]
+    library.close()
+    take(Path(sys.argv[1]), chosen, seconds=30.0)
