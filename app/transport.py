@@ -10,7 +10,7 @@ import viser
 
 from app.player import Player, current_frame
 from app.widgets import put
-from viz.robot_card import target_name
+from engine.tasks import bearing_name
 
 SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
@@ -106,7 +106,7 @@ class TransportPanel:
 
     def set_trials(self, bearings: Sequence[float], repeats: int) -> None:
         """Offer the trials of a run."""
-        self._targets = tuple(f"{k + 1}: {target_name(b)}" for k, b in enumerate(bearings))
+        self._targets = tuple(f"{k + 1}: {bearing_name(b)}" for k, b in enumerate(bearings))
         if tuple(self._target.options) != self._targets:
             self._target.options = self._targets
         seeds = tuple(str(k + 1) for k in range(repeats))

@@ -7,9 +7,9 @@ comes from it.
 from __future__ import annotations
 
 import dataclasses
+import importlib.resources
 import io
 import json
-import math
 import shutil
 import uuid
 import zipfile
@@ -25,13 +25,14 @@ from engine import tensegrity as t
 from engine.bill_of_materials import bill_of_materials, total_mass
 from engine.config import RunConfig
 from engine.errors import ExportError
-from engine.evaluation import Evaluation, noise_seed
+from engine.evaluation import Evaluation
 from engine.morphology import Morphology
 from engine.reader import RunReader
+from engine.replay import repeat_trial
 from engine.robot import build_spec
 from engine.run import versions
-from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, settle
-from engine.tasks import get_task, target_offsets
+from engine.simulation import Head, SimulationBatch
+from engine.tasks import bearing_name, get_task, target_offsets
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
 GENOTYPE_VERSION: Final = 1
@@ -85,7 +86,7 @@ def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
         "robot.xml": xml,
         "controls.csv": _csv(["time_s", *names], controls),
         "trajectory.csv": _csv(columns, path),
-        "play.py": _PLAY,
+        "play.py": _template("export_play.py"),
         "genotype.json": _genotype(reader, evaluation),
         "bill_of_materials.csv": bill_of_materials(evaluation.solution.morphology),
     }
@@ -143,31 +144,19 @@ def zip_bytes(files: dict[str, bytes], folder_name: str) -> bytes:
 
 def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
     """Repeat the exported trial exactly as it was evaluated."""
-    solution, task, physics = evaluation.solution, get_task(config.task), config.physics
-    robots = build_robots([solution.morphology], task, physics)
-    settled = settle(robots, physics=physics, duration=config.trials.settle_time)
-    loop = ClosedLoop(
-        settled,
-        robots,
-        heads=[Head.of(solution.morphology, evaluation.head_is_end)],
-        controllers=[solution.controller],
-        targets=target_offsets(task)[None, TARGET, None],
-        seeds=[[noise_seed(config.seed, solution.number, TARGET, REPEAT)]],
-        task=task,
-        physics=physics,
-    )
+    loop = repeat_trial(config, evaluation, target=TARGET, repeat=REPEAT)
     commands: list[np.ndarray] = []
 
     def observe(sim: SimulationBatch) -> None:
         commands.append(sim.commanded[0, 0].ravel().copy())
 
-    state = settled.state()[0, 0]
+    settled = loop.sim.state()[0, 0]
     (result,) = loop.run(config.trials.trial_time, observe)
     if result.failure is not None:
         raise ExportError(
-            f"evaluation {solution.number} cannot be repeated with this version: {result.failure}"
+            f"evaluation {evaluation.solution.number} cannot be repeated with this version: {result.failure}"
         )
-    return _Trial(state, np.array(commands), result.trajectory[0], float(result.final_distance[0]))
+    return _Trial(settled, np.array(commands), result.trajectory[0], float(result.final_distance[0]))
 
 
 def _robot_xml(
@@ -227,7 +216,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
     morphology, head = e.solution.morphology, Head.of(e.solution.morphology, e.head_is_end)
     assert e.fitness is not None
     recorded = float(e.distances[TARGET, REPEAT])
-    return _README.format(
+    return _template("export_readme.md").format(
         number=e.solution.number,
         run=reader.path.name,
         task=task.name,
@@ -241,10 +230,10 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         start=100.0 * task.target_distance,
         f_s=100.0 * (task.target_distance - e.fitness),
         targets="\n".join(
-            f"| {_bearing(b)} | {d.mean():.2f} | {', '.join(f'{x:.2f}' for x in d)} |"
+            f"| {bearing_name(b)} | {d.mean():.2f} | {', '.join(f'{x:.2f}' for x in d)} |"
             for b, d in zip(task.target_bearings, 100.0 * e.distances, strict=True)
         ),
-        target=_bearing(task.target_bearings[TARGET]),
+        target=bearing_name(task.target_bearings[TARGET]),
         repeats=trials.repeats,
         settle=trials.settle_time,
         trial=trials.trial_time,
@@ -259,155 +248,5 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
     )
 
 
-def _bearing(angle: float) -> str:
-    degrees = math.degrees(angle)
-    return f"{abs(degrees):.0f}° {'left' if degrees > 0 else 'right'}" if degrees else "ahead"
-
-
-_README: Final = """\
-# Robot {number} of {run}
-
-A tensegrity soft modular robot that TensAtlas evolved for the task {task}. It exists in
-simulation only.
-
-- {n} modules in a chain, numbered from 0; {mass:.1f} g in all.
-- Relative stiffness {level:.1f}: every passive cable has {stiffness:.2f} N/m.
-- Joining faces, from module 0 on: {faces}. The next module is attached to that
-  face; the last module's stays free.
-- The head is module {head}, the {end} of the chain: the end that goes first when all modules
-  pulse.
-
-## How well it does
-
-Every trial starts {start:.0f} cm from a target and lasts {trial:g} s, {repeats} per target, each
-with its own noise on the commanded cable lengths.
-
-f_s = **{f_s:.2f} cm**: the starting distance minus the fitness, which is the mean over the
-targets of the final distance plus half of what the worst target lies above that mean. More is
-better; a robot that stays where it is has about 0.
-
-| target | mean final distance (cm) | of each trial (cm) |
-| --- | --- | --- |
-{targets}
-
-The files below hold the first trial towards the target {target}, simulated again: it ended
-{again:.2f} cm from the target. The run recorded {recorded:.2f} cm, {same}.
-
-## Files
-
-- `robot.xml`: the robot in its task's world, for MuJoCo, in SI units (m, kg, s, N). Numbers are
-  written in full. Bodies are called `m<module>_rod<rod>`, passive cables
-  `m<module>_cable_<node>_<node>`, internal cables and their actuators `m<module>_servo_<node>`;
-  an actuator's control is the length commanded to its cable, in m. The keyframe `settled` is the
-  robot {settle:g} s after it was dropped, servos released (a commanded length of 1 m leaves a
-  cable slack). The numeric `settled_qacc_warmstart` belongs to it: where the solver starts from;
-  without it the motion leaves the recorded one after some seconds.
-- `controls.csv`: the commanded length (m) of every internal cable at {rate:g} Hz, noise included.
-  `time_s` counts from the end of settling; a row holds until the next one.
-- `trajectory.csv`: where that takes the head, and the target, at 1 Hz. The origin is the settled
-  head's front face, x is ahead, y to the left, in m.
-- `play.py`: plays `controls.csv` on `robot.xml` and compares with `trajectory.csv`. It needs
-  Python with `pip install mujoco numpy`; `python play.py --view` shows the motion in MuJoCo's
-  viewer (on macOS: `mjpython play.py --view`).
-- `genotype.json`: body and controller, results, configuration and versions. Lengths end in `_m`
-  (metres) or `_cm`.
-- `bill_of_materials.csv`: parts, lengths and diameters in mm, masses in g. Its column `basis`
-  says which numbers the simulation uses and which are assumed or missing. Nodes and rods are
-  numbered as in `robot.xml`.
-
-The exported trial was computed with MuJoCo {mujoco}. On the same machine that version repeats the
-motion exactly; another version or processor may round differently, and contacts amplify every
-rounding: the motion then leaves the recorded one after some seconds, by millimetres to
-centimetres.
-
-## Limits
-
-- Nothing here has been built or measured; all results come from simulation.
-- The inertia scale is {scale:g}: in `robot.xml` masses are multiplied by {scale:g} and gravity is
-  divided by {scale:g}. Weights and cable forces are those of the real robot, inertia is not: the
-  motion is quasi-static, as in the published simulator. `bill_of_materials.csv` lists real
-  masses.
-- Rods are rigid, and their spin about their own axis has more inertia than a real rod's. Cables
-  are massless, pass through each other and through rods, and never break.
-- `controls.csv` is a recording. The robot's controller senses where its head and the target are;
-  played blindly on another robot or floor, the lengths lead elsewhere.
-"""
-
-_PLAY: Final = '''\
-"""Plays controls.csv on robot.xml and compares where the head goes with trajectory.csv.
-
-Needs mujoco and numpy. With --view the motion is shown in MuJoCo's viewer, in real time.
-"""
-
-import argparse
-import contextlib
-import json
-import time
-from pathlib import Path
-
-import mujoco
-import numpy as np
-
-HERE = Path(__file__).resolve().parent
-
-
-def main() -> None:
-    """Run the recorded trial."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--view", action="store_true", help="show the motion in MuJoCo's viewer")
-    view = parser.parse_args().view
-
-    model = mujoco.MjModel.from_xml_string((HERE / "robot.xml").read_text(encoding="utf-8"))
-    about = json.loads((HERE / "genotype.json").read_text(encoding="utf-8"))
-    controls = np.loadtxt(HERE / "controls.csv", delimiter=",", skiprows=1, ndmin=2)
-    recorded = np.loadtxt(HERE / "trajectory.csv", delimiter=",", skiprows=1, ndmin=2)
-    head, period = about["head"], about["config"]["physics"]["control_period"]
-    steps = round(period / model.opt.timestep)
-    per_second = round(1.0 / period)
-
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("settled").id)
-    data.qacc_warmstart[:] = model.numeric("settled_qacc_warmstart").data
-
-    def face(bodies: list[str]) -> np.ndarray:
-        # each rod has a free joint, whose first two coordinates are its horizontal position
-        at = [model.jnt_qposadr[model.body(name).jntadr[0]] for name in bodies]
-        return np.mean([data.qpos[i : i + 2] for i in at], axis=0)
-
-    origin = face(head["front_bodies"])
-    ahead = origin - face(head["rear_bodies"])
-    ahead /= np.linalg.norm(ahead)
-    axes = np.array([ahead, [-ahead[1], ahead[0]]])
-
-    def position() -> np.ndarray:
-        return axes @ (face(head["front_bodies"]) - origin)
-
-    path = [position()]
-    with contextlib.ExitStack() as stack:
-        viewer = None
-        if view:
-            from mujoco.viewer import launch_passive
-
-            viewer = stack.enter_context(launch_passive(model, data))
-        start = time.monotonic()
-        for k, lengths in enumerate(controls[:, 1:], start=1):
-            data.ctrl[:] = lengths
-            mujoco.mj_step(model, data, steps)
-            if k % per_second == 0:
-                path.append(position())
-            if viewer is not None:
-                if not viewer.is_running():
-                    return
-                viewer.sync()
-                time.sleep(max(0.0, start + k * period - time.monotonic()))
-
-    end, target = position(), recorded[-1, 3:5]
-    gap = 1000.0 * np.linalg.norm(np.array(path) - recorded[:, 1:3], axis=1)
-    print(f"The head ends at x = {end[0]:.4f} m, y = {end[1]:.4f} m.")
-    print(f"Distance from the target: {100.0 * np.linalg.norm(target - end):.2f} cm.")
-    print(f"Distance from trajectory.csv: at most {gap.max():.6f} mm, {gap[-1]:.6f} mm at the end.")
-
-
-if __name__ == "__main__":
-    main()
-'''
+def _template(name: str) -> str:
+    return (importlib.resources.files("engine") / "data" / name).read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ import numpy as np
 from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, noise_seed
-from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, settle
+from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets
 
 UPDATES_PER_FRAME: Final = 2
@@ -33,6 +33,37 @@ class Frame:
     pose: np.ndarray
     lengths: np.ndarray
     head: np.ndarray
+
+
+def repeat_trial(
+    config: RunConfig,
+    evaluation: Evaluation,
+    *,
+    target: int,
+    repeat: int,
+    observer: Observer | None = None,
+) -> ClosedLoop:
+    """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
+
+    Args:
+        config: of the run that the evaluation belongs to.
+        evaluation: of the robot.
+        target: which of the task's targets.
+        repeat: which of its noise seeds.
+        observer: sees the robot settle.
+    """
+    solution, task, physics = evaluation.solution, get_task(config.task), config.physics
+    robots = build_robots([solution.morphology], task, physics)
+    return ClosedLoop(
+        settle(robots, physics=physics, duration=config.trials.settle_time, observer=observer),
+        robots,
+        heads=[Head.of(solution.morphology, evaluation.head_is_end)],
+        controllers=[solution.controller],
+        targets=target_offsets(task)[None, target, None],
+        seeds=[[noise_seed(config.seed, solution.number, target, repeat)]],
+        task=task,
+        physics=physics,
+    )
 
 
 class Replay:
@@ -67,6 +98,7 @@ class Replay:
         self.final_distance: float | None = None
         """From head to target at the end of the evaluated time, in m, once it is reached."""
         self.failure: str | None = None
+        self._head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
         self._loop: ClosedLoop | None = None
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
@@ -105,25 +137,12 @@ class Replay:
                 return
 
     def _start(self) -> None:
-        config, solution = self.config, self.evaluation.solution
-        task = get_task(config.task)
-        robots = build_robots([solution.morphology], task, config.physics)
-        self._head = Head.of(solution.morphology, self.evaluation.head_is_end)
-        settled = settle(
-            robots,
-            physics=config.physics,
-            duration=self.settle_time,
+        self._loop = repeat_trial(
+            self.config,
+            self.evaluation,
+            target=self.target_index,
+            repeat=self.repeat,
             observer=self._observe,
-        )
-        self._loop = ClosedLoop(
-            settled,
-            robots,
-            heads=[self._head],
-            controllers=[solution.controller],
-            targets=target_offsets(task)[None, self.target_index, None],
-            seeds=[[noise_seed(config.seed, solution.number, self.target_index, self.repeat)]],
-            task=task,
-            physics=config.physics,
         )
         self.target = self._loop.targets[0, 0]
 

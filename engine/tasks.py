@@ -71,6 +71,13 @@ def distance_and_bearing(
     return np.hypot(to[..., 0], to[..., 1]), np.arctan2(left + 0.0, ahead)
 
 
+def bearing_name(bearing: float) -> str:
+    """Return a bearing in rad for people, such as ``45° left``."""
+    degrees = round(abs(math.degrees(bearing)))
+    side = "left" if bearing > 0 else "right"
+    return "straight ahead" if degrees == 0 else f"{degrees}° {side}"
+
+
 def fitness(distances: np.ndarray) -> float:
     """Return the fitness in m, to be minimised (Zardini et al. 2021, equation 1).
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import html
-import math
 
 import numpy as np
 
 from engine.config import RunConfig
 from engine.evaluation import Evaluation
-from engine.tasks import get_task
+from engine.tasks import bearing_name, get_task
 from engine.tensegrity import stiffness_n_per_m
 
 _ROW = (
@@ -53,13 +52,6 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
     return "".join(parts)
 
 
-def target_name(bearing: float) -> str:
-    """Return a bearing in rad for people, such as ``45° left``."""
-    degrees = round(abs(math.degrees(bearing)))
-    side = "left" if bearing > 0 else "right"
-    return "straight ahead" if degrees == 0 else f"{degrees}° {side}"
-
-
 def _headline(f_s: float | None) -> str:
     if f_s is None:
         return ""
@@ -90,7 +82,7 @@ def _targets(config: RunConfig, evaluation: Evaluation) -> str:
         tail = f" ± {spread:.1f}" if len(distances) > 1 else ""
         rows.append(
             '<div style="display:grid;grid-template-columns:72px 1fr 92px;gap:8px;align-items:center">'
-            f'<span style="opacity:.65">{target_name(bearing)}</span>'
+            f'<span style="opacity:.65">{bearing_name(bearing)}</span>'
             '<span style="height:7px;border-radius:4px;background:rgba(128,128,128,.25)">'
             f'<span style="display:block;height:7px;border-radius:4px;width:{width:.0f}%;'
             'background:#36b3a0"></span></span>'

@@ -8,6 +8,7 @@ import pytest
 
 from engine.controller import Neat
 from engine.reader import RunReader
+from engine.tasks import bearing_name
 from viz import network_diagram, robot_card
 from viz.maps import load_maps
 
@@ -44,7 +45,7 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     [(math.pi / 2, "90° left"), (-math.pi / 4, "45° right"), (0.0, "straight ahead")],
 )
 def test_targets_are_named_for_people(bearing: float, name: str) -> None:
-    assert robot_card.target_name(bearing) == name
+    assert bearing_name(bearing) == name
 
 
 @pytest.mark.parametrize("n_modules", [2, 10])
