@@ -80,7 +80,7 @@ def _dispatch(command: c.Command, console: Console) -> None:
             # the app's libraries take a second to import; the other commands do without
             from app.explore import explore
 
-            explore(command.run, host=command.host, port=command.port)
+            explore(command.run, host=command.host, port=command.port, open_browser=command.browser)
         case c.Evolve():
             _work(command.run, command.workers, command.config, console)
         case c.Resume():

@@ -25,6 +25,8 @@ class Explore:
     """Address to listen on. There is no login: anyone who reaches it can start runs."""
     port: int = 8080
     """Port to listen on."""
+    browser: bool = True
+    """Open a browser window, where there is a screen."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

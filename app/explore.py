@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
+import sys
 import threading
+import time
 import warnings
+import webbrowser
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -23,13 +27,14 @@ class ServerError(TensAtlasError):
     """The app cannot listen where it was asked to."""
 
 
-def explore(places: Sequence[Path], *, host: str, port: int) -> None:
+def explore(places: Sequence[Path], *, host: str, port: int, open_browser: bool = False) -> None:
     """Serve the app until interrupted.
 
     Args:
         places: run files and folders to offer; empty for the default ones.
         host: address to listen on.
         port: port to listen on.
+        open_browser: show the app in the user's browser if there is a screen.
 
     Raises:
         RunFileError: a run file named is missing or damaged.
@@ -40,11 +45,25 @@ def explore(places: Sequence[Path], *, host: str, port: int) -> None:
             RunReader(place).close()
     with serve(places, host=host, port=port) as server:
         shown = f"[{host}]" if ":" in host else host
-        print(f"TensAtlas is at http://{shown}:{server.get_port()} (Ctrl-C ends it)", flush=True)
-        stopped = threading.Event()
-        with contextlib.suppress(KeyboardInterrupt):
-            while not stopped.wait(1.0):
-                pass
+        address = f"http://{shown}:{server.get_port()}"
+        print(f"TensAtlas is at {address} (Ctrl-C ends it)", flush=True)
+        if open_browser and has_screen():
+            webbrowser.open(address)
+        wait_for_interrupt()
+
+
+def wait_for_interrupt() -> None:
+    """Return when the user presses Ctrl-C."""
+    with contextlib.suppress(KeyboardInterrupt):
+        while True:
+            time.sleep(1.0)
+
+
+def has_screen() -> bool:
+    """Tell whether a browser window could appear; a text browser would take over the terminal."""
+    return sys.platform in ("darwin", "win32") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
 
 
 @contextlib.contextmanager

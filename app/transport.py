@@ -123,7 +123,10 @@ class TransportPanel:
         player, replay = self._player, self._player.replay
         if replay is None:
             return
-        self._play.label = "Pause" if player.playing else "Play"
+        label = "Pause" if player.playing else "Play"
+        if self._play.label != label:
+            self._play.label = label
+            self._play.icon = viser.Icon.PLAYER_PAUSE if player.playing else viser.Icon.PLAYER_PLAY
         if self._slider.min != -replay.settle_time:
             self._slider.min = -replay.settle_time
         if self._slider.max != player.until:
