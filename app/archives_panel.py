@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import html
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -68,7 +69,7 @@ class ArchivesPanel:
         def _(event: viser.GuiEvent) -> None:
             value = event.target.value
             # a browser may send anything; what Python sets has no client
-            if event.client is not None and isinstance(value, int | float):
+            if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
                 events.generation_chosen(int(min(max(value, 0), self._slider.max)))
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
@@ -92,7 +93,7 @@ class ArchivesPanel:
         """Show how far the run is and the figures of a generation."""
         config = reader.config
         badge = '<b style="color:#36b3a0">● live</b>' if live else "finished"
-        if not live and n < config.evaluations:
+        if not live and (generation is None or generation.n_evaluations < config.evaluations):
             badge = '<span style="color:#e0a458">stopped</span>'
         failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
         lines = [

@@ -167,10 +167,8 @@ class Arena:
         if np.hypot(*step) < FOLLOW_STEP:
             return
         self._followed = centre[:2]
-        camera = self._client.camera
-        with self._client.atomic():
-            camera.position = camera.position + np.array([*step, 0.0])
-            camera.look_at = camera.look_at + np.array([*step, 0.0])
+        # what the camera looks at moves along with its position
+        self._client.camera.position = self._client.camera.position + np.array([*step, 0.0])
 
 
 def _linear(colors: np.ndarray) -> np.ndarray:

@@ -33,7 +33,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     arguments = list(sys.argv[1:] if argv is None else argv)
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     # a terminal that closes or a supervisor that stops us ends as cleanly as Ctrl-C
-    signal.signal(signal.SIGTERM, _interrupt)
+    for sign in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(sign, _interrupt)
     try:
         _dispatch(_parse(arguments or ["--help"]), console)
     except TensAtlasError as e:
@@ -97,6 +98,8 @@ def _work(path: Path, workers: int, config: Any, console: Console) -> None:
     try:
         with ProgressDisplay(console) as display:
             if config is None:
+                for change in run.changed_versions(path):
+                    console.print(f"tensatlas: note: {change}: results may differ", markup=False)
                 run.resume(path, n_threads=workers, observer=display.update)
             else:
                 run.evolve(path, config, n_threads=workers, observer=display.update)

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 from app.library import NEW_RUNS
+from engine import config
 from engine.errors import InvalidData, RunFileError
 from engine.store import SUFFIX, is_being_written, lock_path
 
@@ -32,7 +33,13 @@ def start(name: str, *, preset: str, evaluations: int, seed: int, workers: int) 
     if not _NAME.fullmatch(name):
         raise InvalidData("a run's name has letters, digits, dots, dashes and underscores only")
     path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
-    flags = {"preset": preset, "evaluations": evaluations, "seed": seed, "workers": workers}
+    flags = {
+        "preset": preset,
+        "evaluations": evaluations,
+        "initial": min(config.preset(preset).initial, evaluations),
+        "seed": seed,
+        "workers": workers,
+    }
     arguments = [part for name, value in flags.items() for part in (f"--{name}", str(value))]
     return _launch(path, ["evolve", str(path), *arguments], must_be_new=True)
 
@@ -79,7 +86,7 @@ def _launch(path: Path, arguments: list[str], *, must_be_new: bool) -> Path:
                 lines = errors.read().decode(errors="replace").strip().splitlines()
                 reason = lines[-1].removeprefix("tensatlas: ") if lines else "it ended at once"
                 raise RunFileError(reason)
-            if process.poll() is not None or (path.exists() and is_being_written(path)):
+            if path.exists() and (process.poll() is not None or is_being_written(path)):
                 return path
             time.sleep(0.05)
     with contextlib.suppress(OSError):

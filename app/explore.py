@@ -91,9 +91,11 @@ def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.Vis
         session = Session(client, library)
         with mutex:
             sessions[client.client_id] = session
+        if client.client_id not in server.get_clients():  # it has gone in the meantime
+            leave(client)
 
     @server.on_client_disconnect
-    def _(client: viser.ClientHandle) -> None:
+    def leave(client: viser.ClientHandle) -> None:
         with mutex:
             session = sessions.pop(client.client_id, None)
         if session is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,6 +11,8 @@ from pathlib import Path
 from engine.errors import RunFileError
 from engine.reader import RunReader
 from engine.store import SUFFIX
+
+log = logging.getLogger(__name__)
 
 POLL_INTERVAL = 0.4
 """Seconds between two looks at the shown runs."""
@@ -40,7 +43,7 @@ class Library:
         self._places = tuple(places) or (PROJECT_ARCHIVES, NEW_RUNS)
         self._readers: dict[Path, tuple[int, RunReader]] = {}
         self._mutex = threading.Lock()
-        self._listeners: dict[object, tuple[Path, Listener, RunStatus | None]] = {}
+        self._listeners: dict[object, tuple[Path, Listener, RunStatus]] = {}
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="library", daemon=True)
         self._thread.start()
@@ -60,7 +63,7 @@ class Library:
         for place in self._places:
             if place.is_dir():
                 found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
-            elif place.suffix == SUFFIX:
+            elif place.is_file():
                 found[place] = None
         if NEW_RUNS.is_dir():
             found |= dict.fromkeys(sorted(p for p in NEW_RUNS.iterdir() if p.suffix == SUFFIX))
@@ -79,6 +82,8 @@ class Library:
                 raise RunFileError(f"{path} does not exist any more") from None
             known = self._readers.get(path)
             if known is None or known[0] != inode:
+                if known is not None:
+                    known[1].close()
                 known = (inode, RunReader(path))
                 self._readers[path] = known
             return known[1]
@@ -92,10 +97,10 @@ class Library:
         reader = self.reader(path)
         return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
 
-    def watch(self, key: object, path: Path, listener: Listener) -> None:
-        """Call a listener whenever a run moves on; a key has one watch at a time."""
+    def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:
+        """Call a listener whenever a run moves on from what is shown; a key has one watch at a time."""
         with self._mutex:
-            self._listeners[key] = (path, listener, None)
+            self._listeners[key] = (path, listener, shown)
 
     def unwatch(self, key: object) -> None:
         """End a key's watch."""
@@ -116,7 +121,11 @@ class Library:
                 if status == before:
                     continue
                 with self._mutex:
-                    if self._listeners.get(key, (None, None, None))[1] is listener:
-                        self._listeners[key] = (path, listener, status)
-                if before is not None:
+                    known = self._listeners.get(key)
+                    if known is None or known[1] is not listener:
+                        continue  # it has moved on to another run
+                    self._listeners[key] = (path, listener, status)
+                try:
                     listener(path, status)
+                except Exception:  # one browser's trouble must not end the others' updates
+                    log.exception("a browser could not be told about %s", path)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
 
 from engine.replay import UPDATES_PER_FRAME, Frame, Replay
+
+log = logging.getLogger(__name__)
 
 SHOW_INTERVAL = 1 / 25
 """Seconds between two frames on the screen."""
@@ -45,6 +48,8 @@ class Player:
     def load(self, replay: Replay) -> None:
         """Play another replay from its first frame."""
         with self._mutex:
+            if self._closed:
+                return
             if self._replay is not None:
                 self._replay.cancel()
             self._replay = replay
@@ -55,10 +60,18 @@ class Player:
         self._simulate(replay, replay.trial_time)
         self._wake.set()
 
+    def unload(self) -> None:
+        """Play nothing."""
+        with self._mutex:
+            if self._replay is not None:
+                self._replay.cancel()
+            self._replay = self._shown = None
+            self.playing = False
+
     def play(self) -> None:
         """Go on, from the start if the end was reached."""
         with self._mutex:
-            if self._replay is not None and self.time >= self.until - 1e-6:
+            if self._replay is not None and self.time >= self.until - _frame_period(self._replay):
                 self.time = -self._replay.settle_time
             self.playing = self._replay is not None
         self._wake.set()
@@ -87,9 +100,10 @@ class Player:
 
     def close(self) -> None:
         """End both threads."""
-        self._closed = True
-        if self._replay is not None:
-            self._replay.cancel()
+        with self._mutex:
+            self._closed = True
+            if self._replay is not None:
+                self._replay.cancel()
         self._wake.set()
 
     def _simulate(self, replay: Replay, until: float) -> None:
@@ -102,9 +116,13 @@ class Player:
                 self._wake.wait(0.2)
             self._wake.clear()
             now = time.monotonic()
-            self._advance(now - last)
+            try:
+                self._advance(now - last)
+                self._show_current()
+            except Exception:  # one bad frame must not end all playback
+                log.exception("a frame could not be shown")
+                self.playing = False
             last = now
-            self._show_current()
             time.sleep(max(0.0, SHOW_INTERVAL - (time.monotonic() - now)))
 
     def _advance(self, elapsed: float) -> None:
@@ -117,7 +135,9 @@ class Player:
             # never run ahead of the simulation
             frontier = frames[-1].time if frames else -replay.settle_time
             self.time = min(self.time + elapsed * self.speed, max(frontier, self.time))
-            if self.time >= self.until - 1e-6 or (replay.failure and self.time >= frontier):
+            # the last frame may lie just before the end
+            at_end = frontier > self.until - _frame_period(replay) + 1e-6
+            if self.time >= frontier - 1e-6 and (at_end or replay.failure):
                 if self.loop and not replay.failure:
                     self.time = -replay.settle_time
                 else:
@@ -139,9 +159,12 @@ class Player:
 
     def frame_index(self, replay: Replay) -> int:
         """Return the index of the frame that is due, at most the last simulated one."""
-        period = replay.config.physics.control_period * UPDATES_PER_FRAME
-        due = round((self.time + replay.settle_time) / period) - 1
+        due = round((self.time + replay.settle_time) / _frame_period(replay)) - 1
         return min(max(due, 0), len(replay.frames) - 1)
+
+
+def _frame_period(replay: Replay) -> float:
+    return replay.config.physics.control_period * UPDATES_PER_FRAME
 
 
 def current_frame(player: Player) -> Frame | None:

@@ -128,8 +128,14 @@ class RobotPanel:
         self._network.content = network_diagram.render(s.controller, s.morphology.n_modules)
         self._export.disabled = False
 
-    def show_run(self, n: int, budget: int, live: bool) -> None:
+    def show_no_robot(self) -> None:
+        """Show none, as at the start."""
+        self._welcome.visible = True
+        self._card.content = self._network.content = ""
+        self._export.disabled = True
+
+    def show_run(self, n: int, budget: int, *, live: bool, complete: bool) -> None:
         """Show how far the run is and what can be done with it."""
         put(self._progress, 100.0 * min(n / budget, 1.0))
         self._stop.disabled = not live
-        self._resume.disabled = live or n >= budget
+        self._resume.disabled = live or complete

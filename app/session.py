@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import logging
 import os
 import threading
 from collections.abc import Callable
@@ -23,8 +25,10 @@ from engine.reader import Generation, RunReader
 from engine.records import cell_name
 from engine.replay import Replay
 from engine.tasks import get_task
-from viz.heatmap import Heatmap
+from viz.heatmap import Heatmap, describe_cell, with_fresh
 from viz.maps import load_maps
+
+log = logging.getLogger(__name__)
 
 P = ParamSpec("P")
 
@@ -57,23 +61,26 @@ class Session:
         self._maps: dict[str, Heatmap] = {}
         self._selection: Selection | None = None
         self._evaluation: Evaluation | None = None
+        self._shown_reader: RunReader | None = None
+        self._wanted_generation = 0
+        self._closed = False
         self._arena = Arena(client)
         self._player = Player(self._show_frame, self._player_stopped)
         self._archives = archives_panel.ArchivesPanel(
             client,
             archives_panel.Events(
                 run_chosen=self._guarded(self.open_run),
-                generation_chosen=self._guarded(self.show_generation),
+                generation_chosen=self._slide,
                 cell_clicked=self._guarded(self.pick),
             ),
         )
         self._robot = robot_panel.RobotPanel(
             client,
             robot_panel.Events(
-                export=self._guarded(self.export),
-                start=self._guarded(self.start_run),
-                stop=self._guarded(self.stop_run),
-                resume=self._guarded(self.resume_run),
+                export=self._guarded(self.export, alone=False),
+                start=self._guarded(self.start_run, alone=False),
+                stop=self._guarded(self.stop_run, alone=False),
+                resume=self._guarded(self.resume_run, alone=False),
             ),
         )
         self._transport = transport.TransportPanel(
@@ -86,8 +93,10 @@ class Session:
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
-        self._library.unwatch(self)
-        self._player.close()
+        with self._mutex:
+            self._closed = True
+            self._library.unwatch(self)
+            self._player.close()
 
     def open_run(self, path: Path) -> None:
         """Show another run.
@@ -95,14 +104,19 @@ class Session:
         Raises:
             RunFileError: it cannot be read.
         """
-        reader = self._library.reader(path)
-        self._path, self._maps, self._selection = path, {}, None
+        reader = self._shown_reader = self._library.reader(path)
+        self._player.unload()
+        self._arena.clear()
+        self._robot.show_no_robot()
+        self._path, self._maps, self._selection, self._evaluation = path, {}, None, None
         self._generations, self._shown, self._follow_newest = [], None, True
         task = get_task(reader.config.task)
         self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
         self._archives.offer(self._library.runs(), path)
-        self._update(reader, self._library.status(path))
-        self._library.watch(self, path, self._run_moved)
+        status = self._library.status(path)
+        self._update(reader, status)
+        self._transport.refresh()
+        self._library.watch(self, path, self._run_moved, status)
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -112,6 +126,16 @@ class Session:
         number = min(max(number, 0), self._generations[-1].number)
         self._follow_newest = number == self._generations[-1].number
         self._draw(reader, number)
+
+    def _slide(self, number: int) -> None:
+        """Show a generation unless the slider has moved on by the time that others are done."""
+        self._wanted_generation = number
+
+        def show() -> None:
+            if self._wanted_generation == number:
+                self.show_generation(number)
+
+        self._guarded(show)()
 
     def pick(self, archive: str, cell: Cell) -> None:
         """Choose the robot of a cell and replay it; say so if the cell is empty."""
@@ -124,7 +148,7 @@ class Session:
         if self._shown is None or cell not in heatmap.tiles:
             self._notify(
                 "Empty cell",
-                f"No robot of the {archive} map has been found for {_describe(heatmap, cell)}.",
+                f"No robot of the {archive} map has been found for {describe_cell(heatmap, cell)}.",
             )
             return
         number = reader.placements(archive, self._shown)[cell]
@@ -174,7 +198,6 @@ class Session:
         """Go on with the shown run."""
         reader = self._reader()
         evolution.resume(reader.path, workers=os.cpu_count() or 1)
-        self._update(reader, self._library.status(reader.path))
 
     def _open_first(self) -> None:
         paths = self._library.runs()
@@ -196,9 +219,14 @@ class Session:
 
     def _run_moved(self, path: Path, status: RunStatus) -> None:
         def update() -> None:
-            if path == self._path:
-                self._archives.offer(self._library.runs(), path)
-                self._update(self._library.reader(path), status)
+            if path != self._path:
+                return
+            reader = self._library.reader(path)
+            if reader is not self._shown_reader:  # another file has taken its place
+                self.open_run(path)
+                return
+            self._archives.offer(self._library.runs(), path)
+            self._update(reader, status)
 
         self._guarded(update)()
 
@@ -210,7 +238,8 @@ class Session:
         budget = reader.config.evaluations
         last = self._generations[-1] if self._generations else None
         self._archives.show_status(reader, last, status.n_evaluations, status.live)
-        self._robot.show_run(status.n_evaluations, budget, status.live)
+        complete = last is not None and last.n_evaluations >= budget
+        self._robot.show_run(status.n_evaluations, budget, live=status.live, complete=complete)
         if new and last is not None:
             if self._follow_newest:
                 self._draw(reader, last.number)
@@ -222,7 +251,7 @@ class Session:
         generation = next(g for g in self._generations if g.number == number)
         maps = load_maps(reader, generation)
         if before:
-            maps = {name: _with_fresh(m, before.get(name)) for name, m in maps.items()}
+            maps = {name: with_fresh(m, before.get(name)) for name, m in maps.items()}
         self._maps, self._shown = maps, number
         self._redraw_maps()
         self._archives.show_trend(self._generations, number)
@@ -251,8 +280,9 @@ class Session:
         return self._library.reader(self._path)
 
     def _show_frame(self, replay: Replay, index: int) -> None:
-        self._arena.show(replay, index)
-        self._transport.tick()
+        if replay is self._player.replay:
+            self._arena.show(replay, index)
+            self._transport.tick()
 
     def _player_stopped(self) -> None:
         self._transport.refresh()
@@ -263,32 +293,24 @@ class Session:
     def _notify(self, title: str, body: str) -> None:
         self._client.add_notification(title, body, auto_close_seconds=6.0)
 
-    def _guarded(self, action: Callable[P, None]) -> Callable[P, None]:
-        """Return an action that runs alone in its session and reports a user's error as a notice."""
+    def _guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
+        """Return an action that reports what goes wrong as a notice.
+
+        Args:
+            action: what to do.
+            alone: whether it excludes the session's other actions; one that takes long must not.
+        """
 
         def run(*args: P.args, **kwargs: P.kwargs) -> None:
-            with self._mutex:
+            with self._mutex if alone else contextlib.nullcontext():
+                if self._closed:
+                    return
                 try:
                     action(*args, **kwargs)
                 except TensAtlasError as e:
                     self._notify("That did not work", str(e))
+                except Exception:  # a fault of ours: say so, keep the app going
+                    log.exception("an action failed")
+                    self._notify("Something went wrong", "The terminal that runs TensAtlas has the details.")
 
         return run
-
-
-def _with_fresh(heatmap: Heatmap, before: Heatmap | None) -> Heatmap:
-    """Mark the cells that a heatmap's predecessor did not hold alike."""
-    if before is None or before.axes != heatmap.axes:
-        return heatmap
-    fresh = frozenset(c for c, t in heatmap.tiles.items() if before.tiles.get(c) != t)
-    return dataclasses.replace(heatmap, fresh=fresh)
-
-
-def _describe(heatmap: Heatmap, cell: Cell) -> str:
-    """Return what the cell of a map stands for."""
-    parts = []
-    for axis, i in zip(heatmap.axes, cell, strict=True):
-        value = axis.lower + (i + 0.5) * (axis.upper - axis.lower) / axis.n
-        text = f"{value:.0f}" if axis.name == "modules" else f"{value:.1f}"
-        parts.append(f"{axis.name} {text}")
-    return " and ".join(parts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -17,6 +18,7 @@ WIDTH = 760
 MIN_WIDTH = 420
 MARGIN = 20
 EXTENSION = 20.0
+NOTHING = "Click a filled cell of a map to watch its robot."
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
 
@@ -65,7 +67,7 @@ class TransportPanel:
             self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
-            self._text = gui.add_html(_text("Click a filled cell of a map to watch its robot."))
+            self._text = gui.add_html(_text(NOTHING))
         panel.float(x=MARGIN, y=-15, width=width)
 
         @self._play.on_click
@@ -75,8 +77,9 @@ class TransportPanel:
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
-            if event.client is not None and isinstance(event.target.value, int | float):
-                player.seek(float(event.target.value))
+            value = event.target.value
+            if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
+                player.seek(float(value))
 
         @self._more.on_click
         def _(_event: viser.GuiEvent) -> None:
@@ -122,6 +125,7 @@ class TransportPanel:
         """Show where the player is."""
         player, replay = self._player, self._player.replay
         if replay is None:
+            self._text.content = _text(NOTHING)
             return
         label = "Pause" if player.playing else "Play"
         if self._play.label != label:

@@ -33,6 +33,9 @@ CHUNK: Final = 8
 """Solutions simulated together; what is finished is handed on chunk by chunk."""
 
 
+MAX_REPEATS: Final = 100
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class TrialConfig:
     """How long and how often a solution is tried; part of a run's configuration."""
@@ -47,8 +50,8 @@ class TrialConfig:
     """Seconds a trial lasts."""
 
     def __post_init__(self) -> None:
-        if self.repeats < 1:
-            raise InvalidData(f"repeats must be at least 1, not {self.repeats}")
+        if not 1 <= self.repeats <= MAX_REPEATS:
+            raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {self.repeats}")
         for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
             if not least <= getattr(self, name) < math.inf:
                 raise InvalidData(f"{name} must be at least {least:g} s, not {getattr(self, name)}")

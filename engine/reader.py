@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
+import os
 import sqlite3
 import threading
 import urllib.parse
@@ -22,6 +23,7 @@ from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
 from engine.store import is_being_written
 
+MAX_CELLS_PER_AXIS = 200
 _HEADER = b"SQLite format 3\x00"
 _COLUMNS = {
     "meta": "key value",
@@ -171,7 +173,7 @@ class RunReader:
             return {
                 int(r[0]): Summary(
                     generation=int(r[1]),
-                    fitness=float(r[2]),
+                    fitness=_finite(r[2]),
                     morphology=Morphology.from_json(json.loads(r[3])),
                 )
                 for r in rows
@@ -296,8 +298,11 @@ class _Damage:
 def _connect(path: Path) -> sqlite3.Connection:
     where = urllib.parse.quote(str(path.absolute()))
     error: Exception | None = None
-    # a file in a folder that cannot be written opens only as immutable
-    for options in ("mode=ro", "mode=ro&immutable=1"):
+    modes = ["mode=ro"]
+    if not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists():
+        # SQLite cannot lock a file there, and nobody can be changing it
+        modes.append("mode=ro&immutable=1")
+    for options in modes:
         try:
             db = sqlite3.connect(f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False)
             db.row_factory = sqlite3.Row
@@ -330,14 +335,26 @@ def _check_header(path: Path) -> None:
 
 def _figures(data: Any) -> ArchiveFigures:
     return ArchiveFigures(
-        best=None if data["best"] is None else float(data["best"]),
-        mean=None if data["mean"] is None else float(data["mean"]),
-        qd_score=float(data["qd_score"]),
-        coverage=float(data["coverage"]),
-        axes=tuple(
-            Axis(str(a["name"]), float(a["lower"]), float(a["upper"]), int(a["n"])) for a in data["axes"]
-        ),
+        best=None if data["best"] is None else _finite(data["best"]),
+        mean=None if data["mean"] is None else _finite(data["mean"]),
+        qd_score=_finite(data["qd_score"]),
+        coverage=_finite(data["coverage"]),
+        axes=tuple(map(_axis, data["axes"])),
     )
+
+
+def _axis(data: Any) -> Axis:
+    axis = Axis(str(data["name"]), _finite(data["lower"]), _finite(data["upper"]), int(data["n"]))
+    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
+        raise InvalidData(f"an archive's axis is impossible: {axis}")
+    return axis
+
+
+def _finite(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise InvalidData(f"expected a finite number, not {value!r}")
+    return number
 
 
 def _strings(data: Any) -> dict[str, str]:

@@ -61,6 +61,8 @@ class Physics:
         for name in ("timestep", "control_period", "inertia_scale", "friction", "impratio"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
+        if not 1e-3 <= self.inertia_scale <= 1e3:
+            raise InvalidData(f"physics: inertia_scale must be from 0.001 to 1000, not {self.inertia_scale}")
         if not 0.0 <= self.servo_noise < math.inf:
             raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
         for what, ratio in (

@@ -7,7 +7,7 @@ import dataclasses
 import importlib.metadata
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,14 @@ from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.archive import GridArchive
 from engine.config import RunConfig
-from engine.evaluation import Evaluation, Evaluator, LocalEvaluator
+from engine.errors import InvalidData, RunFileError
+from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
+from engine.morphology import Morphology
 from engine.reader import RunReader
+from engine.robot import build_robot
 from engine.store import RunWriter
 from engine.tasks import get_task
+from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -91,8 +95,37 @@ def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Obser
     Raises:
         RunFileError: the file exists or cannot be written.
     """
+    _check_physics(config)
     with RunWriter.create(path, config, versions()) as writer:
         _work(writer, config, create_algorithm(config), 0.0, n_threads, observer)
+
+
+def _check_physics(config: RunConfig) -> None:
+    """Compile a robot before a file is made for it.
+
+    Raises:
+        InvalidData: MuJoCo refuses this configuration.
+    """
+    body = Morphology(stiffness_level=N_STIFFNESS_LEVELS, faces=(1,) * MIN_MODULES)
+    try:
+        build_robot(body, config.physics, get_task(config.task).walls(body.n_modules))
+    except ValueError as e:
+        raise InvalidData(f"physics: MuJoCo refuses this robot: {str(e).splitlines()[0]}") from None
+
+
+def changed_versions(path: Path) -> list[str]:
+    """Return what differs between the versions that started a run and those that would go on with it.
+
+    Raises:
+        RunFileError: the file is no run file or is damaged.
+    """
+    with RunReader(path) as reader:
+        before = reader.versions
+    return [
+        f"{name} {before[name]} -> {now}"
+        for name, now in versions().items()
+        if name in before and before[name] != now and name != "python"
+    ]
 
 
 def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) -> None:
@@ -155,6 +188,7 @@ def _work(
 
     while solutions := algorithm.ask():
         finished = {e.solution.number: e for e in writer.pending(algorithm.generation)}
+        _check_pending(writer.path, finished, solutions)
         n_done = solutions[0].number + len(finished)
         report()
         for group in evaluator.evaluate([s for s in solutions if s.number not in finished]):
@@ -172,6 +206,17 @@ def _work(
         )
     n_done = config.evaluations
     report()
+
+
+def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Sequence[Solution]) -> None:
+    """Make sure that what an interrupted generation left behind belongs to the solutions asked for."""
+    asked = {s.number: s for s in solutions}
+    for number, e in finished.items():
+        if asked.get(number) != e.solution:
+            raise RunFileError(
+                f"{path} cannot be gone on with: solution {number} comes out differently with the"
+                " versions installed now; 'tensatlas info' shows those it was started with"
+            )
 
 
 def statistics(algorithm: Algorithm, initial_distance: float) -> dict[str, Any]:

@@ -29,7 +29,8 @@ The order is that of ``tensegrity.SERVO_NODES``; the values are the published ac
 def pick(options: np.ndarray, outputs: np.ndarray) -> np.ndarray:
     """Let outputs in [0, 1] choose from a list: item min(floor(output x n), n - 1)."""
     n = len(options)
-    return options[np.minimum((outputs * n).astype(int), n - 1)]
+    # a diverged simulation senses NaN; what its servos do no longer matters
+    return options[np.minimum((np.nan_to_num(outputs) * n).astype(int), n - 1)]
 
 
 def command_angle(frequency: np.ndarray, phase: np.ndarray, time: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from typing import Any, Final, Self
 
 from engine.algorithms.base import Algorithm
 from engine.config import RunConfig, to_json
-from engine.errors import RunFileError
+from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
 from engine.records import cell_name, from_row, to_row
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
@@ -76,7 +76,9 @@ class RunWriter:
                     f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
                 )
             part = path.with_name(path.name + ".part")
-            part.unlink(missing_ok=True)
+            # what a killed process may have left beside a file that is gone: SQLite would replay it
+            for suffix in (".part", ".part-journal", "-wal", "-shm"):
+                path.with_name(path.name + suffix).unlink(missing_ok=True)
             with contextlib.closing(sqlite3.connect(part, isolation_level=None)) as db:
                 db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
                 db.execute(f"PRAGMA application_id={APPLICATION_ID}")
@@ -125,10 +127,13 @@ class RunWriter:
 
     def pending(self, generation: int) -> list[Evaluation]:
         """Return the finished evaluations of a generation that was not closed."""
-        rows = self._db.execute(
-            "SELECT * FROM evaluations WHERE generation = ? ORDER BY number", (generation,)
-        )
-        return [from_row(row) for row in rows]
+        try:
+            rows = self._db.execute(
+                "SELECT * FROM evaluations WHERE generation = ? ORDER BY number", (generation,)
+            )
+            return [from_row(row) for row in rows]
+        except (sqlite3.Error, InvalidData) as e:
+            raise RunFileError(f"{self.path} is damaged: {e}") from None
 
     def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
         """Save finished evaluations of the generation under way."""
@@ -182,10 +187,12 @@ class RunWriter:
             self._db.execute("BEGIN IMMEDIATE")
             yield
             self._db.execute("COMMIT")
-        except sqlite3.Error as e:
+        except BaseException as e:  # Ctrl-C too must not leave a transaction open
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
-            raise RunFileError(f"{self.path} cannot be written: {_reason(e)}") from e
+            if isinstance(e, sqlite3.Error):
+                raise RunFileError(f"{self.path} cannot be written: {_reason(e)}") from e
+            raise
 
 
 def _connect_for_writing(path: Path) -> sqlite3.Connection:

@@ -70,6 +70,24 @@ def color_limits(values: list[float]) -> tuple[float, float]:
     return (float(low), float(max(high, low + 1)))
 
 
+def with_fresh(heatmap: Heatmap, before: Heatmap | None) -> Heatmap:
+    """Mark the cells that a heatmap's predecessor did not hold alike."""
+    if before is None or before.axes != heatmap.axes:
+        return heatmap
+    fresh = frozenset(c for c, t in heatmap.tiles.items() if before.tiles.get(c) != t)
+    return dataclasses.replace(heatmap, fresh=fresh)
+
+
+def describe_cell(heatmap: Heatmap, cell: Cell) -> str:
+    """Return what the cell of a map stands for."""
+    parts = []
+    for axis, i in zip(heatmap.axes, cell, strict=True):
+        value = axis.lower + (i + 0.5) * (axis.upper - axis.lower) / axis.n
+        text = f"{value:.0f}" if axis.name == "modules" else f"{value:.1f}"
+        parts.append(f"{axis.name} {text}")
+    return " and ".join(parts)
+
+
 def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     """Return a heatmap as SVG.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from engine.archive import Cell
+from engine.errors import RunFileError
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
 from viz.heatmap import Heatmap, Tile, color_limits
@@ -21,6 +22,8 @@ def load_maps(reader: RunReader, generation: Generation) -> dict[str, Heatmap]:
     for name, cells in placed.items():
         tiles[name] = {}
         for cell, number in cells.items():
+            if number not in known:
+                raise RunFileError(f"{reader.path} is damaged: evaluation {number} holds a cell of a map")
             s = known[number]
             f_s = 100 * (distance - s.fitness)
             body = s.morphology

@@ -58,9 +58,9 @@ def test_a_watch_reports_each_step_of_a_run(
 
     algorithm = create_algorithm(small_config)
     with RunWriter.create(path, small_config, {}) as writer:
-        library.watch("me", path, listener)
-        threading.Event().wait(1.0)  # the first look is no news
-        assert seen == []
+        library.watch("me", path, listener, library.status(path))
+        threading.Event().wait(1.0)
+        assert seen == []  # nothing has happened
         solutions = algorithm.ask()
         evaluations = [e for group in create_evaluator(small_config, 2).evaluate(solutions) for e in group]
         writer.add_evaluations(0, evaluations)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -109,3 +110,39 @@ def test_cancel_ends_a_running_simulation(small_reader: RunReader) -> None:
     replay.cancel()
     thread.join(timeout=30)
     assert not thread.is_alive()
+
+
+def test_an_odd_number_of_updates_also_ends(player: Player, small_reader: RunReader) -> None:
+    """The last frame then lies one update before the end."""
+    trials = dataclasses.replace(small_reader.config.trials, trial_time=1.02)
+    replay = Replay(dataclasses.replace(small_reader.config, trials=trials), small_reader.evaluation(2))
+    player.speed = 8.0
+    player.load(replay)
+    wait(lambda: not player.playing)
+    assert replay.frames[-1].time == pytest.approx(1.0)
+    player.play()
+    assert player.time < 0.5
+
+
+def test_a_closed_player_loads_nothing(player: Player, small_reader: RunReader) -> None:
+    player.close()
+    player.load(replay_of(small_reader))
+    assert player.replay is None
+
+
+def test_a_frame_that_cannot_be_shown_does_not_end_playback(small_reader: RunReader) -> None:
+    fail, shown = threading.Event(), threading.Event()
+    fail.set()
+
+    def show(_: Replay, index: int) -> None:
+        if fail.is_set():
+            raise ValueError("a made-up fault")
+        shown.set()
+
+    player = Player(show, lambda: None)
+    player.load(replay_of(small_reader))
+    wait(lambda: not player.playing)
+    fail.clear()
+    player.play()
+    assert shown.wait(30)
+    player.close()

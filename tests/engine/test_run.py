@@ -16,7 +16,7 @@ import engine.run
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
-from engine.store import is_being_written
+from engine.store import RunWriter, is_being_written
 
 RUN_UNTIL_KILLED = """
 import json, os, signal, sys
@@ -369,3 +369,33 @@ def test_versions_of_what_decides_the_outcome():
     versions = engine.run.versions()
     assert {"python", "mujoco", "numpy", "neat-python", "scikit-learn"} <= set(versions)
     assert all(isinstance(v, str) and v for v in versions.values())
+
+
+def test_physics_that_mujoco_refuses_leaves_no_file(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise ValueError("Error: mass and inertia of moving bodies must be larger than mjMINVAL\nElement 1")
+
+    monkeypatch.setattr(engine.run, "build_robot", refuse)
+    with pytest.raises(InvalidData, match="MuJoCo refuses this robot: Error: mass and inertia"):
+        evolve(tmp_path / "run.tsmr", TINY)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("no_physics")
+def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
+    """As if another NEAT-Python had drawn other solutions."""
+    path = tmp_path / "run.tsmr"
+    algorithm = engine.run.create_algorithm(dataclasses.replace(TINY, seed=99))
+    strangers = [e for group in MadeUpEvaluator().evaluate(algorithm.ask()[:2]) for e in group]
+    with RunWriter.create(path, TINY, {}) as writer:
+        writer.add_evaluations(0, strangers)
+    with pytest.raises(RunFileError, match="comes out differently"):
+        engine.run.resume(path)
+
+
+def test_changed_versions_are_named(tmp_path):
+    path = tmp_path / "run.tsmr"
+    with RunWriter.create(path, TINY, {**engine.run.versions(), "mujoco": "3.0.0"}):
+        pass
+    (change,) = engine.run.changed_versions(path)
+    assert change.startswith("mujoco 3.0.0 -> ")

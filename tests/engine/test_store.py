@@ -560,3 +560,57 @@ def test_the_hash_sees_results_but_not_dates(damaged):
 def test_the_file_says_what_it_is(made_up_run):
     content = made_up_run.read_bytes()
     assert content[68:72] == b"TSMR" == APPLICATION_ID.to_bytes(4, "big")
+
+
+def test_what_a_killed_process_left_beside_a_deleted_run_is_not_replayed(tmp_path):
+    """The log of an old run must not end up in a new one of the same name."""
+    old = tmp_path / "old" / "run.tsmr"
+    writer = RunWriter.create(old, dataclasses.replace(MADE_UP, seed=1), {})
+    writer.add_evaluations(0, [])
+    new = tmp_path / "new" / "run.tsmr"
+    new.parent.mkdir()
+    # as after SIGKILL and the deletion of the database alone
+    shutil.copy(old.with_name("run.tsmr-wal"), new.with_name("run.tsmr-wal"))
+    writer.close()
+    write_run(new, dataclasses.replace(MADE_UP, seed=2))
+    with RunReader(new) as reader:
+        assert reader.config.seed == 2
+        assert reader.last_generation() is not None
+
+
+def test_an_interrupted_transaction_leaves_one_whole_file(tmp_path):
+    path = tmp_path / "run.tsmr"
+    write_run(path, until=1)
+
+    class Interrupted:
+        def __iter__(self):
+            raise KeyboardInterrupt
+
+        def __len__(self):
+            return 1
+
+    with pytest.raises(KeyboardInterrupt), RunWriter.open(path) as writer:
+        writer.add_evaluations(1, Interrupted())
+    assert os.listdir(tmp_path) == ["run.tsmr"]
+    with RunReader(path) as reader:
+        assert reader.last_generation() == 0
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "UPDATE generations SET archives = replace(archives, '\"n\": 9', '\"n\": 1000000000')",
+        "UPDATE generations SET archives = replace(archives, '\"upper\": 10.5', '\"upper\": -10.5')",
+        "UPDATE generations SET archives = replace(archives, '\"upper\": 10.5', '\"upper\": NaN')",
+    ],
+)
+def test_impossible_axes(damaged, sql):
+    change(damaged, sql)
+    with RunReader(damaged) as reader, pytest.raises(RunFileError, match="is damaged"):
+        reader.generations()
+
+
+def test_infinite_fitness(damaged):
+    change(damaged, "UPDATE evaluations SET fitness = 9e999 WHERE failure IS NULL")
+    with RunReader(damaged) as reader, pytest.raises(RunFileError, match="is damaged"):
+        reader.summaries(set(range(5)))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from xml.etree import ElementTree
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from engine.algorithms.base import Axis
 from viz import heatmap
-from viz.heatmap import Heatmap, Tile, color_limits, render
+from viz.heatmap import Heatmap, Tile, color_limits, describe_cell, render, with_fresh
 
 AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
 
@@ -100,3 +101,21 @@ def test_color_limits_of_nothing() -> None:
 def test_values_beyond_the_scale_take_its_end(value: float) -> None:
     color = heatmap._color(value, (0.0, 1.0), "viridis")
     assert re.fullmatch("#[0-9a-f]{6}", color)
+
+
+def test_newly_won_cells_are_marked_but_not_after_new_axes() -> None:
+    before = Heatmap(
+        name="m", axes=AXES, tiles={(0, 0): Tile(1.0, "a"), (1, 1): Tile(2.0, "b")}, limits=(0, 3)
+    )
+    after = dataclasses.replace(
+        before, tiles={(0, 0): Tile(1.5, "c"), (1, 1): Tile(2.0, "b"), (2, 2): Tile(0, "")}
+    )
+    assert with_fresh(after, before).fresh == {(0, 0), (2, 2)}
+    moved = dataclasses.replace(after, axes=(Axis("PCA 1", 0.0, 1.0, 9), AXES[1]))
+    assert with_fresh(moved, before).fresh == frozenset()
+    assert with_fresh(after, None).fresh == frozenset()
+
+
+def test_a_cell_is_named_by_what_it_stands_for() -> None:
+    heatmap = Heatmap(name="m", axes=AXES, tiles={}, limits=(0, 1))
+    assert describe_cell(heatmap, (0, 9)) == "modules 2 and stiffness 1.0"
