@@ -21,7 +21,7 @@ CHROMIUM_FLAGS = (
     "--disable-sync",
     "--no-first-run",
 )
-PATIENCE = 20_000
+PATIENCE = 60_000
 """Milliseconds: software rendering on a busy machine takes its time."""
 
 expect.set_options(timeout=PATIENCE)
