@@ -143,9 +143,16 @@ class ArchivesPanel:
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
-    """Return short, distinct labels for run files."""
-    stems = [p.stem for p in paths]
-    return {
-        (p.stem if stems.count(p.stem) == 1 else f"{p.parent.name}/{p.stem} #{k}"): p
-        for k, p in enumerate(paths)
-    }
+    """Return short, distinct labels for run files: as many folders of the path as it takes."""
+    labels: dict[str, Path] = {}
+    for path in paths:
+        parts = path.with_suffix("").parts
+        label = next(
+            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _ends(paths, parts[-n:]) == 1), str(path)
+        )
+        labels[label] = path
+    return labels
+
+
+def _ends(paths: Sequence[Path], end: tuple[str, ...]) -> int:
+    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)

@@ -134,7 +134,7 @@ class Arena:
     def _frame(self, robot: np.ndarray, target: np.ndarray) -> None:
         """Show the robot and its target."""
         self._followed = robot
-        self.look_at((robot + target) / 2, 1.25 * float(np.linalg.norm(target - robot)) + 0.25)
+        self.look_at((robot + target) / 2, 1.05 * float(np.linalg.norm(target - robot)) + 0.2)
 
     def _add_target(self, target: np.ndarray) -> None:
         post = self._scene.add_cylinder(
