@@ -86,7 +86,8 @@ def fitness(distances: np.ndarray) -> float:
     """
     per_target = np.asarray(distances).mean(axis=1)
     mean = per_target.mean()
-    return float(mean + 0.5 * (per_target.max() - mean))
+    # never -0.0, whose sign a run file would not keep
+    return float(mean + 0.5 * (per_target.max() - mean)) + 0.0
 
 
 def _sense_target(position: np.ndarray, direction: np.ndarray, target: np.ndarray) -> np.ndarray:

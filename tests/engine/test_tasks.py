@@ -127,3 +127,7 @@ def test_controllers_sense_centimetres_and_radians():
     sensed = GOAL_REACHING.sense(np.array([[0.1, 0.0]]), np.array([[0.0, 0.2]]), np.array([[-0.2, 0.3]]))
     assert sensed.shape == (1, 2)
     np.testing.assert_allclose(sensed[0], [30 * math.sqrt(2), math.pi / 4])
+
+
+def test_fitness_is_never_a_negative_zero():
+    assert math.copysign(1.0, fitness(np.array([[-0.0, -0.0], [-0.0, -0.0]]))) == 1.0
