@@ -89,11 +89,13 @@ class ArchivesPanel:
             handle.content = ""
         self._slider.disabled = True
 
-    def show_status(self, reader: RunReader, generation: Generation | None, n: int, live: bool) -> None:
+    def show_status(
+        self, reader: RunReader, generation: Generation | None, n: int, *, live: bool, complete: bool
+    ) -> None:
         """Show how far the run is and the figures of a generation."""
         config = reader.config
         badge = '<b style="color:#36b3a0">● live</b>' if live else "finished"
-        if not live and (generation is None or generation.n_evaluations < config.evaluations):
+        if not live and not complete:
             badge = '<span style="color:#e0a458">stopped</span>'
         failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
         lines = [

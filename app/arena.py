@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 import viser
 
-from engine.replay import UPDATES_PER_FRAME, Replay
+from engine.replay import Replay
 from engine.simulation import Head
 from engine.tensegrity import ROD_LENGTH
 from viz import theme
@@ -154,7 +154,7 @@ class Arena:
         if step == self._trail_index:
             return None
         self._trail_index = step
-        first = round(replay.settle_time / (UPDATES_PER_FRAME * replay.config.physics.control_period))
+        first = round(replay.settle_time / replay.frame_period)
         heads = [f.head for f in replay.frames[max(first - 1, 0) : index + 1 : TRAIL_STEP]]
         if len(heads) < 2:
             return np.zeros((1, 2, 3), dtype=np.float32)

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from engine.replay import UPDATES_PER_FRAME, Frame, Replay
+from engine.replay import Frame, Replay
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +71,7 @@ class Player:
     def play(self) -> None:
         """Go on, from the start if the end was reached."""
         with self._mutex:
-            if self._replay is not None and self.time >= self.until - _frame_period(self._replay):
+            if self._replay is not None and self.time >= self.until - self._replay.frame_period:
                 self.time = -self._replay.settle_time
             self.playing = self._replay is not None
         self._wake.set()
@@ -136,7 +136,7 @@ class Player:
             frontier = frames[-1].time if frames else -replay.settle_time
             self.time = min(self.time + elapsed * self.speed, max(frontier, self.time))
             # the last frame may lie just before the end
-            at_end = frontier > self.until - _frame_period(replay) + 1e-6
+            at_end = frontier > self.until - replay.frame_period + 1e-6
             if self.time >= frontier - 1e-6 and (at_end or replay.failure):
                 if self.loop and not replay.failure:
                     self.time = -replay.settle_time
@@ -159,12 +159,8 @@ class Player:
 
     def frame_index(self, replay: Replay) -> int:
         """Return the index of the frame that is due, at most the last simulated one."""
-        due = round((self.time + replay.settle_time) / _frame_period(replay)) - 1
+        due = round((self.time + replay.settle_time) / replay.frame_period) - 1
         return min(max(due, 0), len(replay.frames) - 1)
-
-
-def _frame_period(replay: Replay) -> float:
-    return replay.config.physics.control_period * UPDATES_PER_FRAME
 
 
 def current_frame(player: Player) -> Frame | None:

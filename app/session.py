@@ -35,11 +35,15 @@ P = ParamSpec("P")
 
 @dataclasses.dataclass(slots=True)
 class Selection:
-    """A clicked cell and the robot it held."""
+    """The robot of a clicked cell and the map it was clicked on."""
 
     archive: str
-    cell: Cell
-    number: int
+    evaluation: Evaluation
+
+    @property
+    def number(self) -> int:
+        """Number of its evaluation."""
+        return self.evaluation.solution.number
 
 
 class Session:
@@ -60,7 +64,6 @@ class Session:
         self._follow_newest = True
         self._maps: dict[str, Heatmap] = {}
         self._selection: Selection | None = None
-        self._evaluation: Evaluation | None = None
         self._shown_reader: RunReader | None = None
         self._wanted_generation = 0
         self._closed = False
@@ -108,7 +111,7 @@ class Session:
         self._player.unload()
         self._arena.clear()
         self._robot.show_no_robot()
-        self._path, self._maps, self._selection, self._evaluation = path, {}, None, None
+        self._path, self._maps, self._selection = path, {}, None
         self._generations, self._shown, self._follow_newest = [], None, True
         task = get_task(reader.config.task)
         self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
@@ -151,12 +154,11 @@ class Session:
                 f"No robot of the {archive} map has been found for {describe_cell(heatmap, cell)}.",
             )
             return
-        number = reader.placements(archive, self._shown)[cell]
-        self._selection = Selection(archive, cell, number)
-        self._evaluation = reader.evaluation(number)
+        number = heatmap.tiles[cell].number
+        self._selection = Selection(archive, reader.evaluation(number))
         self._robot.show_robot(
             reader.config,
-            self._evaluation,
+            self._selection.evaluation,
             f"{archive} cell {cell_name(cell)}",
             reader.generation_of(number),
         )
@@ -165,27 +167,29 @@ class Session:
 
     def choose_trial(self, target: int, repeat: int) -> None:
         """Replay a trial of the chosen robot."""
-        if self._evaluation is None:
+        if self._selection is None:
             self._notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        replay = Replay(self._reader().config, self._evaluation, target=target, repeat=repeat)
+        replay = Replay(self._reader().config, self._selection.evaluation, target=target, repeat=repeat)
         self._transport.select_trial(target, repeat)
         self._player.load(replay)
         self._transport.refresh()
 
     def export(self) -> None:
         """Send the chosen robot to the browser as a zip file."""
-        if self._selection is None:
-            raise InvalidData("Click a filled cell of a map first.")
-        reader = self._reader()
-        name = f"{reader.path.stem}_robot_{self._selection.number}"
-        files = export_files(reader, self._selection.number)
+        with self._mutex:
+            if self._selection is None:
+                raise InvalidData("Click a filled cell of a map first.")
+            reader, number = self._reader(), self._selection.number
+        name = f"{reader.path.stem}_robot_{number}"
+        files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
     def start_run(self, name: str, preset: str, evaluations: int, seed: int, workers: int) -> None:
         """Start an evolution and show it."""
         path = evolution.start(name, preset=preset, evaluations=evaluations, seed=seed, workers=workers)
-        self.open_run(path)
+        with self._mutex:
+            self.open_run(path)
         self._notify("Started", f"{path.name} evolves in a process of its own.")
 
     def stop_run(self) -> None:
@@ -237,9 +241,9 @@ class Session:
         self._generations += new
         budget = reader.config.evaluations
         last = self._generations[-1] if self._generations else None
-        self._archives.show_status(reader, last, status.n_evaluations, status.live)
-        complete = last is not None and last.n_evaluations >= budget
-        self._robot.show_run(status.n_evaluations, budget, live=status.live, complete=complete)
+        progress = {"live": status.live, "complete": last is not None and last.n_evaluations >= budget}
+        self._archives.show_status(reader, last, status.n_evaluations, **progress)
+        self._robot.show_run(status.n_evaluations, budget, **progress)
         if new and last is not None:
             if self._follow_newest:
                 self._draw(reader, last.number)
@@ -248,8 +252,7 @@ class Session:
 
     def _draw(self, reader: RunReader, number: int) -> None:
         before = self._maps if self._shown is not None and self._shown < number else None
-        generation = next(g for g in self._generations if g.number == number)
-        maps = load_maps(reader, generation)
+        maps = load_maps(reader, self._generation(number))
         if before:
             maps = {name: with_fresh(m, before.get(name)) for name, m in maps.items()}
         self._maps, self._shown = maps, number
@@ -259,20 +262,18 @@ class Session:
     def _redraw_maps(self) -> None:
         if self._shown is None:
             return
-        generation = next(g for g in self._generations if g.number == self._shown)
-        placed = {name: self._reader().placements(name, self._shown) for name in self._maps}
-        maps = {}
-        for name, heatmap in self._maps.items():
-            chosen = self._selection
-            cell = linked = None
-            if chosen is not None:
-                held = [c for c, n in placed[name].items() if n == chosen.number]
+        maps, chosen = dict(self._maps), self._selection
+        if chosen is not None:
+            for name, heatmap in self._maps.items():
+                cell = next((c for c, t in heatmap.tiles.items() if t.number == chosen.number), None)
                 if name == chosen.archive:
-                    cell = held[0] if held else None
+                    maps[name] = dataclasses.replace(heatmap, selected=cell)
                 else:
-                    linked = held[0] if held else None
-            maps[name] = dataclasses.replace(heatmap, selected=cell, linked=linked)
-        self._archives.show_maps(maps, generation)
+                    maps[name] = dataclasses.replace(heatmap, linked=cell)
+        self._archives.show_maps(maps, self._generation(self._shown))
+
+    def _generation(self, number: int) -> Generation:
+        return next(g for g in self._generations if g.number == number)
 
     def _reader(self) -> RunReader:
         if self._path is None:

@@ -22,6 +22,7 @@ from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
 from engine.store import is_being_written
+from engine.tasks import get_task
 
 MAX_CELLS_PER_AXIS = 200
 _HEADER = b"SQLite format 3\x00"
@@ -250,8 +251,6 @@ class RunReader:
                 raise RunFileError(f"{self.path} is damaged: table {table} is not as expected")
 
     def _checked(self, e: Evaluation) -> Evaluation:
-        from engine.tasks import get_task
-
         task, trials = get_task(self.config.task), self.config.trials
         if (
             e.distances.shape != (task.n_targets, trials.repeats)

@@ -113,6 +113,11 @@ class Replay:
         """Seconds of settling before the trial's clock starts."""
         return self.config.trials.settle_time
 
+    @property
+    def frame_period(self) -> float:
+        """Seconds between two frames."""
+        return self.config.physics.control_period * UPDATES_PER_FRAME
+
     def cancel(self) -> None:
         """Make ``advance`` return soon, and at once from then on."""
         self._cancelled.set()

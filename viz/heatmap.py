@@ -27,10 +27,11 @@ RIGHT = 44
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tile:
-    """A filled cell: its value in cm and the lines of its hover card."""
+    """A filled cell: its value in cm, the lines of its hover card, the number of its evaluation."""
 
     value: float
     hint: str
+    number: int
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,6 +31,7 @@ def load_maps(reader: RunReader, generation: Generation) -> dict[str, Heatmap]:
                 value=f_s,
                 hint=f"f_s {f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness:.1f}\n"
                 f"robot {number}, generation {s.generation}",
+                number=number,
             )
     limits = color_limits([t.value for cells in tiles.values() for t in cells.values()])
     return {

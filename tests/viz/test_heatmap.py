@@ -20,7 +20,7 @@ def draw(**changes: object) -> ElementTree.Element:
     defaults: dict = {
         "name": "morphology",
         "axes": AXES,
-        "tiles": {(0, 0): Tile(-2.0, "worst"), (8, 9): Tile(6.0, "best")},
+        "tiles": {(0, 0): Tile(-2.0, "worst", 7), (8, 9): Tile(6.0, "best", 7)},
         "limits": (-2.0, 6.0),
     }
     return ElementTree.fromstring(render(Heatmap(**(defaults | changes)), "go()"))
@@ -65,7 +65,7 @@ def test_the_selection_is_ringed() -> None:
 
 
 def test_hints_and_names_cannot_inject_markup() -> None:
-    svg = draw(tiles={(0, 0): Tile(0.0, '<script>alert("x")</script>')}, name='m" onload="x')
+    svg = draw(tiles={(0, 0): Tile(0.0, '<script>alert("x")</script>', 7)}, name='m" onload="x')
     titles = [t.text for t in svg.iter("title")]
     assert '<script>alert("x")</script>' in titles
     assert not list(svg.iter("script"))
@@ -88,7 +88,7 @@ def test_color_limits_hold_the_best_and_all_but_a_few_of_the_worst(values: list[
 def test_one_runaway_does_not_take_the_colours_from_the_others() -> None:
     values = [*(k / 20 for k in range(100)), -300.0]
     assert color_limits(values) == (0.0, 5.0)
-    labels = [t.text for t in draw(tiles={(0, 0): Tile(-9.0, "")}, limits=(-2.0, 6.0)).iter("text")]
+    labels = [t.text for t in draw(tiles={(0, 0): Tile(-9.0, "", 7)}, limits=(-2.0, 6.0)).iter("text")]
     assert "≤-2" in labels
     assert "≤-2" not in [t.text for t in draw().iter("text")]
 
@@ -105,10 +105,10 @@ def test_values_beyond_the_scale_take_its_end(value: float) -> None:
 
 def test_newly_won_cells_are_marked_but_not_after_new_axes() -> None:
     before = Heatmap(
-        name="m", axes=AXES, tiles={(0, 0): Tile(1.0, "a"), (1, 1): Tile(2.0, "b")}, limits=(0, 3)
+        name="m", axes=AXES, tiles={(0, 0): Tile(1.0, "a", 7), (1, 1): Tile(2.0, "b", 7)}, limits=(0, 3)
     )
     after = dataclasses.replace(
-        before, tiles={(0, 0): Tile(1.5, "c"), (1, 1): Tile(2.0, "b"), (2, 2): Tile(0, "")}
+        before, tiles={(0, 0): Tile(1.5, "c", 7), (1, 1): Tile(2.0, "b", 7), (2, 2): Tile(0, "", 7)}
     )
     assert with_fresh(after, before).fresh == {(0, 0), (2, 2)}
     moved = dataclasses.replace(after, axes=(Axis("PCA 1", 0.0, 1.0, 9), AXES[1]))
