@@ -113,10 +113,12 @@ def face_rods(face: int) -> tuple[int, ...]:
 def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray]]:
     """Return per module its turn and its centre (3,) in metres as built, the chain along +x.
 
-    The published simulator builds the chain in a frame whose y axis is up and tilts its axis into the
-    horizontal the short way, which decides the side that a robot falls on.
+    The published simulator builds the chain along (1, 1, 1) in a frame whose y axis is up and lays it
+    down by one turn of 45 degrees about z. Which turn it is decides the side that a robot falls on; of
+    all turns about the chain's axis this one leaves the reference robots' modules at the published
+    heights.
     """
-    up = np.array([-1.0, 2.0, -1.0]) / np.sqrt(6.0)
+    up = np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
     level = Rotation.from_matrix(np.stack([t.CHAIN_AXIS, np.cross(up, t.CHAIN_AXIS), up]))
     half_turn = Rotation.from_rotvec(np.pi * t.CHAIN_AXIS)
     placements = []
@@ -208,9 +210,10 @@ def _add_module(
         )
         body.add_freejoint()
         half = (t.NODES[b] - t.NODES[a]) / 2
+        core = half * (1.0 - t.ROD_END_CUT / np.linalg.norm(half))
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-            fromto=np.concatenate([-half, half]),
+            fromto=np.concatenate([-core, core]),
             size=[t.ROD_RADIUS, 0.0, 0.0],
             mass=0.0,
         )
@@ -231,7 +234,7 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     inertia = np.full(3, transverse)
     inertia[axis] = 0.3 * transverse
     body.mass = mass
-    body.ipos = [0.0, 0.0, 0.0]
+    body.ipos = t.SERVO_ROD_CENTRE_OF_MASS if rod == t.SERVO_ROD else [0.0, 0.0, 0.0]
     body.inertia = inertia
     body.explicitinertial = True
 

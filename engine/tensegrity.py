@@ -93,12 +93,24 @@ MODULE_SPACING: Final = 0.0375 * np.sqrt(2.0) * np.sqrt(3.0)
 
 ROD_LENGTH: Final = 0.082
 ROD_RADIUS: Final = 0.0015
+ROD_END_CUT: Final = 0.0009
+"""A rod touches things as a capsule whose axis ends this far short of its nodes, in metres.
+
+The published rods are cylinders. Resting at an angle of 25 to 65 degrees, as a module's rods do, the
+ends of such capsules hold the nodes at the height of a cylinder's edge, within 0.3 mm.
+"""
 ROD_MASS: Final = 0.001003
 """Mass of each of the five plain rods, in kg."""
 
 SERVO_ROD: Final = 0
 """The rod that carries the servomotor and its arm."""
 SERVO_ROD_MASS: Final = 0.020
+SERVO_ROD_CENTRE_OF_MASS: Final = (0.0027, 0.0, 0.0)
+"""From the servo rod's middle to its centre of mass, in metres, in the module's frame as built.
+
+Fitted: the published heights of a resting module's centre of mass, in either of the two poses that
+occur, ask for 2.5 to 3 mm towards the arm.
+"""
 ACTUATOR_POINT: Final = NODES[[0, 1]].mean(axis=0) + np.array([0.0179, 0.0, 0.0])
 """(3,) where the servo's cables leave its arm, in metres, in the module's frame as built."""
 ACTUATOR_RADIUS: Final = 0.004
