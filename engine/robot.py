@@ -44,7 +44,7 @@ class Physics:
     (published 5.9), its median path at 1 Hz 19.8 cm (published 20.9).
     """
 
-    timestep: float = 0.004
+    timestep: float = 0.005
     """Step of the integrator, in s."""
     control_period: float = 0.02
     """Time between two controller updates, in s; a whole number of time steps."""

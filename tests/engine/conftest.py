@@ -1,20 +1,9 @@
 """Fixtures of the engine's tests; what tests build for themselves is in ``made_up.py`` beside it."""
 
-import json
-from pathlib import Path
-
 import pytest
 from made_up import TINY, MadeUpEvaluator
 
 import engine.run
-
-HERE = Path(__file__).parent
-
-
-@pytest.fixture(scope="session")
-def reference():
-    """Measurements of the published simulator."""
-    return json.loads((HERE.parent / "reference" / "static_single_module.json").read_text())
 
 
 @pytest.fixture(scope="session")

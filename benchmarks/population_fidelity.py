@@ -1,0 +1,151 @@
+"""How far and along what paths robots go, ours against the published ones, as populations."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from benchmarks.reference import ReferenceRobot
+from benchmarks.rows import Row
+from engine.robot import Physics
+from engine.simulation import ClosedLoop, build_robots, settle
+from engine.tasks import GOAL_REACHING, target_offsets
+
+CLASSES: Final = {"soft (0.1-0.3)": (1, 3), "medium (0.4-0.7)": (4, 7), "stiff (0.8-1.0)": (8, 10)}
+RUNS: Final = (0, 1, 2, 3)
+"""Which of the published runs are replayed: two targets, each with two noise seeds."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Population:
+    """What many robots did, R runs each.
+
+    Attributes:
+        net: (robots, R) distance from the head's first to its last position, in m.
+        path: (robots, R) length of the head's path at 1 Hz, in m.
+        heights: (robots, R) lists of (modules,) heights at the end, in m; see ``height_difference``.
+    """
+
+    net: np.ndarray
+    path: np.ndarray
+    heights: list[np.ndarray]
+
+    @classmethod
+    def of(cls, trajectories: Sequence[np.ndarray], heights: list[np.ndarray]) -> Population:
+        """Measure (R, seconds + 1, 2) trajectories, one array per robot."""
+        steps = [np.diff(t, axis=1) for t in trajectories]
+        return cls(
+            net=np.array([np.linalg.norm(t[:, -1] - t[:, 0], axis=-1) for t in trajectories]),
+            path=np.array([np.linalg.norm(s, axis=-1).sum(axis=-1) for s in steps]),
+            heights=heights,
+        )
+
+
+def published(robots: Sequence[ReferenceRobot], runs: Sequence[int] = RUNS) -> Population:
+    """Return what the published simulator measured."""
+    chosen = list(runs)
+    return Population.of([r.trajectory[chosen] for r in robots], [r.heights[chosen] for r in robots])
+
+
+def replay(
+    robots: Sequence[ReferenceRobot], physics: Physics, *, runs: Sequence[int] = RUNS, n_threads: int = 1
+) -> Population:
+    """Simulate the robots with their networks and targets; a run's number seeds its noise."""
+    results: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    by_size = sorted(robots, key=lambda r: r.morphology.n_modules)
+    for _, same_size in itertools.groupby(by_size, key=lambda r: r.morphology.n_modules):
+        group = list(same_size)
+        models = build_robots([r.morphology for r in group], GOAL_REACHING, physics)
+        loop = ClosedLoop(
+            settle(models, physics=physics, n_threads=n_threads),
+            models,
+            heads=[r.head for r in group],
+            controllers=[r.controller for r in group],
+            targets=np.array([target_offsets(GOAL_REACHING, r.bearings[list(runs)]) for r in group]),
+            seeds=[[[run] for run in runs] for _ in group],
+            task=GOAL_REACHING,
+            physics=physics,
+            n_threads=n_threads,
+        )
+        trials = loop.run()
+        heights = loop.sim.qpos.reshape(*loop.sim.shape, loop.sim.n_modules, -1, 7)[..., 2].mean(axis=-1)
+        for robot, result, height in zip(group, trials, heights, strict=True):
+            results[robot.name] = (result.trajectory, height)
+    return Population.of([results[r.name][0] for r in robots], [results[r.name][1] for r in robots])
+
+
+def rows(robots: Sequence[ReferenceRobot], ours: Population, theirs: Population) -> list[Row]:
+    """Compare two populations."""
+    table = []
+    for what, a, b in (("net displacement", ours.net, theirs.net), ("path at 1 Hz", ours.path, theirs.path)):
+        a, b = 100 * np.median(a, axis=1), 100 * np.median(b, axis=1)
+        for name, q, limit in (
+            ("lower quartile", 25, 0.4),
+            ("median", 50, 0.25),
+            ("upper quartile", 75, 0.4),
+        ):
+            x, y = np.percentile(a, q), np.percentile(b, q)
+            wanted = f"{y:.1f} +- {limit:.0%}"
+            table.append(Row(f"{what}, {name}", f"{x:.1f} cm", wanted, bool(abs(x / y - 1) <= limit)))
+        table.append(_ordering(what, robots, a, b))
+        rank = float(spearmanr(a, b).statistic)
+        aim = rank >= 0.5 if what == "net displacement" else None
+        table.append(Row(f"{what}, rank correlation", f"{rank:.2f}", "0.5 is the aim", aim))
+    spread = [100 * float(np.median(np.abs(p.net[:, 0] - p.net[:, 1]))) for p in (ours, theirs)]
+    table.append(Row("two noise seeds differ by", f"{spread[0]:.2f} cm", f"{spread[1]:.2f} published"))
+    difference = 1000 * np.array(height_difference(ours, theirs))
+    table.append(
+        Row(
+            "heights of the modules at the end",
+            f"median difference {np.median(difference):.1f} mm, {np.mean(difference < 1.5):.0%} of the robots"
+            " below 1.5 mm",
+            "",
+        )
+    )
+    return table
+
+
+def height_difference(ours: Population, theirs: Population) -> list[float]:
+    """Return per robot the mean difference of its modules' heights at the end of the first run, in m."""
+    pairs = zip(ours.heights, theirs.heights, strict=True)
+    return [float(np.abs(a[0] - b[0]).mean()) for a, b in pairs]
+
+
+def convergence_rows(ours: Population, finer: Population) -> list[Row]:
+    """Compare the population at two time steps: ``finer`` repeats the even runs, with their noise."""
+    table = []
+    for what, coarse, fine in (
+        ("net displacement", ours.net, finer.net),
+        ("path at 1 Hz", ours.path, finer.path),
+    ):
+        first, second = (100 * float(np.median(coarse[:, k::2])) for k in (0, 1))
+        moved = abs(100 * float(np.median(fine)) - first)
+        spread = abs(second - first)
+        table.append(
+            Row(
+                f"median {what} at a quarter of the time step",
+                f"{first:.1f} to {100 * float(np.median(fine)):.1f} cm",
+                f"moves less than between two noise seeds, {spread:.2f}",
+                moved <= spread,
+            )
+        )
+    return table
+
+
+def _ordering(what: str, robots: Sequence[ReferenceRobot], a: np.ndarray, b: np.ndarray) -> Row:
+    level = np.array([r.morphology.stiffness_level for r in robots])
+    members = {c: (level >= low) & (level <= high) for c, (low, high) in CLASSES.items()}
+    members = {c: m for c, m in members.items() if m.any()}
+    ours, theirs = ({c: float(np.median(x[m])) for c, m in members.items()} for x in (a, b))
+    same = sorted(ours, key=ours.__getitem__) == sorted(theirs, key=theirs.__getitem__)
+    return Row(
+        f"{what}, medians of the stiffness classes",
+        ", ".join(f"{c.split()[0]} {v:.1f}" for c, v in ours.items()),
+        "ordered as " + ", ".join(f"{c.split()[0]} {v:.1f}" for c, v in theirs.items()),
+        same,
+    )
