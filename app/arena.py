@@ -6,8 +6,7 @@ import numpy as np
 import trimesh
 import viser
 
-from engine.replay import Replay
-from engine.simulation import Head
+from engine.replay import Playable
 from engine.tensegrity import ROD_LENGTH
 from viz import theme
 from viz.robot_geometry import ROD_DRAWN_RADIUS, RobotGeometry
@@ -30,7 +29,7 @@ class Arena:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._scene = client.scene
-        self._replay: Replay | None = None
+        self._replay: Playable | None = None
         self._geometry: RobotGeometry | None = None
         self._handles: list[viser.SceneNodeHandle] = []
         self._has_target = False
@@ -58,7 +57,7 @@ class Arena:
             # a little in front of it, because a panel covers the lower edge
             camera.look_at = (float(centre[0]), float(centre[1]) - 0.08 * away, 0.0)
 
-    def show(self, replay: Replay, index: int) -> None:
+    def show(self, replay: Playable, index: int) -> None:
         """Draw a frame of a replay; another replay than the last one replaces the robot."""
         frame = replay.frames[index]
         if replay is not self._replay:
@@ -90,12 +89,10 @@ class Arena:
         self._handles = []
         self._replay = None
 
-    def _begin(self, replay: Replay, pose: np.ndarray) -> None:
+    def _begin(self, replay: Playable, pose: np.ndarray) -> None:
         self.clear()
-        morphology = replay.evaluation.solution.morphology
-        head = Head.of(morphology, replay.evaluation.head_is_end)
-        geometry = RobotGeometry(morphology, head.module)
-        drawing = geometry.draw(pose, np.ones((morphology.n_modules, 5)))
+        geometry = RobotGeometry(replay.morphology, replay.head.module)
+        drawing = geometry.draw(pose, np.ones((geometry.n_modules, 5)))
         cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
         sphere = trimesh.creation.icosphere(subdivisions=1)
         n_rods = len(drawing.rod_positions)
@@ -148,13 +145,13 @@ class Arena:
         self._handles.append(post)
         self._has_target = True
 
-    def _trail(self, replay: Replay, index: int) -> np.ndarray | None:
+    def _trail(self, replay: Playable, index: int) -> np.ndarray | None:
         """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""
         step = index // TRAIL_STEP
         if step == self._trail_index:
             return None
         self._trail_index = step
-        first = round(replay.settle_time / replay.frame_period)
+        first = round(-replay.start_time / replay.frame_period)
         heads = [f.head for f in replay.frames[max(first - 1, 0) : index + 1 : TRAIL_STEP]]
         if len(heads) < 2:
             return np.zeros((1, 2, 3), dtype=np.float32)

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from app import commands as c
 from app.progress import ProgressDisplay
+from app.verification import print_verification
 from engine import run
 from engine.archive import Cell
 from engine.config import preset
@@ -23,6 +24,7 @@ from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.export import export_files, write_folder
 from engine.reader import Generation, RunReader
 from engine.records import cell_name, parse_cell
+from engine.verify import changed_physics, verify
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -60,6 +62,8 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Resume, tyro.conf.subcommand("resume")]
         | Annotated[c.Info, tyro.conf.subcommand("info")]
         | Annotated[c.Export, tyro.conf.subcommand("export")]
+        | Annotated[c.ReplayDump, tyro.conf.subcommand("replay-dump")]
+        | Annotated[c.Verify, tyro.conf.subcommand("verify")]
     )
     return tyro.cli(
         kinds,
@@ -82,6 +86,10 @@ def _dispatch(command: c.Command, console: Console) -> None:
             from app.explore import explore
 
             explore(command.run, host=command.host, port=command.port, open_browser=command.browser)
+        case c.ReplayDump():
+            from app.explore import replay_dump
+
+            replay_dump(command.file, host=command.host, port=command.port, open_browser=command.browser)
         case c.Evolve():
             _work(command.run, command.workers, command.config, console)
         case c.Resume():
@@ -90,11 +98,12 @@ def _dispatch(command: c.Command, console: Console) -> None:
             _info(command.run, command.json)
         case c.Export():
             _export(command, console)
+        case c.Verify():
+            _verify(command)
 
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
-    if workers < 1:
-        raise InvalidData(f"workers must be at least 1, not {workers}")
+    _check_workers(workers)
     try:
         with ProgressDisplay(console) as display:
             if config is None:
@@ -110,6 +119,11 @@ def _work(path: Path, workers: int, config: Any, console: Console) -> None:
         )
         raise
     console.print(f"Finished: {path}. Look at it with: tensatlas explore {path}", markup=False)
+
+
+def _check_workers(workers: int) -> None:
+    if workers < 1:
+        raise InvalidData(f"workers must be at least 1, not {workers}")
 
 
 def _info(path: Path, as_json: bool) -> None:
@@ -168,6 +182,24 @@ def _export(command: c.Export, console: Console) -> None:
         number = find_elite(reader, command.archive, parse_cell(command.cell))
         write_folder(export_files(reader, number), command.out)
     console.print(f"Wrote robot {number} to {command.out}; start with its README.md", markup=False)
+
+
+def _verify(command: c.Verify) -> None:
+    _check_workers(command.workers)
+    with RunReader(command.run) as reader:
+        config = reader.config
+        evaluation = reader.evaluation(find_elite(reader, command.archive, parse_cell(command.cell)))
+    physics = changed_physics(
+        config.physics, inertia_scale=command.inertia_scale, timestep_factor=command.timestep_factor
+    )
+    found = verify(
+        config,
+        evaluation,
+        physics=None if physics == config.physics else physics,
+        n_seeds=command.seeds,
+        n_threads=command.workers,
+    )
+    print_verification(command, config, found)
 
 
 def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:

@@ -80,4 +80,44 @@ class Export:
     """Folder to create."""
 
 
-Command = Explore | Evolve | Resume | Info | Export
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Verify:
+    """Simulate an elite again, with fresh noise and, if asked for, another physics.
+
+    Prints its fitness as recorded and as simulated again, and how the robot moves. Without another
+    physics only the noise is new.
+    """
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: Literal["morphology", "controller"] = "morphology"
+    """Map to take the elite from."""
+    cell: str
+    """Cell of the map, such as 3,7; both count from 0."""
+    inertia_scale: float | None = None
+    """Factor on every inertia; 1 is the real one. The time step follows it to stay stable."""
+    timestep_factor: float | None = None
+    """Factor on the time step, such as 0.25."""
+    seeds: int = 5
+    """Evaluations with fresh noise, each of all targets and repeats."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+    json: bool = False
+    """Print JSON, with every single evaluation."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ReplayDump:
+    """Look at a simulation that failed, in a browser: its last moments and the reason."""
+
+    file: tyro.conf.Positional[Path]
+    """Failure dump, *.tsdump; a run keeps its own in the folder NAME.failures beside it."""
+    host: str = "127.0.0.1"
+    """Address to listen on. There is no login."""
+    port: int = 8080
+    """Port to listen on."""
+    browser: bool = True
+    """Open a browser window, where there is a screen."""
+
+
+Command = Explore | Evolve | Resume | Info | Export | Verify | ReplayDump

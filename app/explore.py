@@ -10,14 +10,17 @@ import threading
 import time
 import warnings
 import webbrowser
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import viser
 from viser import _messages
 
+from app.dump_session import DumpSession
 from app.library import Library
 from app.session import Session
+from engine.dump import read_dump
 from engine.errors import TensAtlasError
 from engine.reader import RunReader
 from viz import theme
@@ -44,12 +47,36 @@ def explore(places: Sequence[Path], *, host: str, port: int, open_browser: bool 
         if not place.is_dir():
             RunReader(place).close()
     with serve(places, host=host, port=port) as server:
-        shown = f"[{host}]" if ":" in host else host
-        address = f"http://{shown}:{server.get_port()}"
-        print(f"TensAtlas is at {address} (Ctrl-C ends it)", flush=True)
-        if open_browser and has_screen():
-            webbrowser.open(address)
+        announce(server, host, open_browser=open_browser)
         wait_for_interrupt()
+
+
+def replay_dump(path: Path, *, host: str, port: int, open_browser: bool = False) -> None:
+    """Serve a failure dump until interrupted.
+
+    Args:
+        path: the dump.
+        host: address to listen on.
+        port: port to listen on.
+        open_browser: show it in the user's browser if there is a screen.
+
+    Raises:
+        DumpError: the file cannot be read as a dump.
+        ServerError: the address cannot be listened on.
+    """
+    dump = read_dump(path)
+    with serve_sessions(lambda client: DumpSession(client, dump), host=host, port=port) as server:
+        announce(server, host, open_browser=open_browser)
+        wait_for_interrupt()
+
+
+def announce(server: viser.ViserServer, host: str, *, open_browser: bool) -> None:
+    """Say where the app is, and show it in the user's browser if wanted and if there is a screen."""
+    shown = f"[{host}]" if ":" in host else host
+    address = f"http://{shown}:{server.get_port()}"
+    print(f"TensAtlas is at {address} (Ctrl-C ends it)", flush=True)
+    if open_browser and has_screen():
+        webbrowser.open(address)
 
 
 def wait_for_interrupt() -> None:
@@ -68,7 +95,38 @@ def has_screen() -> bool:
 
 @contextlib.contextmanager
 def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.ViserServer]:
-    """Run the server within a ``with`` block.
+    """Serve runs within a ``with`` block.
+
+    Raises:
+        ServerError: the address cannot be listened on.
+    """
+    check_address(host, port)
+    library = Library(places)
+    try:
+        with serve_sessions(lambda client: Session(client, library), host=host, port=port) as server:
+            yield server
+    finally:
+        library.close()
+
+
+class Closable(Protocol):
+    """What one browser sees."""
+
+    def close(self) -> None:
+        """End its threads."""
+        ...
+
+
+@contextlib.contextmanager
+def serve_sessions(
+    start: Callable[[viser.ClientHandle], Closable], *, host: str, port: int
+) -> Iterator[viser.ViserServer]:
+    """Run a server within a ``with`` block, with a session of its own for every browser.
+
+    Args:
+        start: returns the session of a browser.
+        host: address to listen on.
+        port: port to listen on.
 
     Raises:
         ServerError: the address cannot be listened on.
@@ -76,19 +134,18 @@ def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.Vis
     check_address(host, port)
     # a browser may go while a frame is on its way to it
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-    library = Library(places)
     server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
     # any browser could otherwise open a tunnel that shares the server with the world
     server._websock_server.unregister_handler(_messages.ShareUrlRequest)
     server.gui.configure_theme(
         dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
     )
-    sessions: dict[int, Session] = {}
+    sessions: dict[int, Closable] = {}
     mutex = threading.Lock()
 
     @server.on_client_connect
     def _(client: viser.ClientHandle) -> None:
-        session = Session(client, library)
+        session = start(client)
         with mutex:
             sessions[client.client_id] = session
         if client.client_id not in server.get_clients():  # it has gone in the meantime
@@ -108,7 +165,6 @@ def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.Vis
             for session in sessions.values():
                 session.close()
         server.stop()
-        library.close()
 
 
 def check_address(host: str, port: int) -> None:

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from engine.replay import Frame, Replay
+from engine.replay import Frame, Playable
 
 log = logging.getLogger(__name__)
 
@@ -24,14 +24,14 @@ class Player:
         changed: called when playing stops or starts by itself.
     """
 
-    def __init__(self, show: Callable[[Replay, int], None], changed: Callable[[], None]) -> None:
+    def __init__(self, show: Callable[[Playable, int], None], changed: Callable[[], None]) -> None:
         self._show = show
         self._changed = changed
         self._mutex = threading.Lock()
         self._wake = threading.Event()
         self._closed = False
-        self._replay: Replay | None = None
-        self._shown: tuple[Replay, int] | None = None
+        self._replay: Playable | None = None
+        self._shown: tuple[Playable, int] | None = None
         self.time = 0.0
         self.playing = False
         self.speed = 1.0
@@ -41,11 +41,11 @@ class Player:
         self._thread.start()
 
     @property
-    def replay(self) -> Replay | None:
+    def replay(self) -> Playable | None:
         """What is being played."""
         return self._replay
 
-    def load(self, replay: Replay) -> None:
+    def load(self, replay: Playable) -> None:
         """Play another replay from its first frame."""
         with self._mutex:
             if self._closed:
@@ -54,10 +54,10 @@ class Player:
                 self._replay.cancel()
             self._replay = replay
             self._shown = None
-            self.time = -replay.settle_time
-            self.until = replay.trial_time
+            self.time = replay.start_time
+            self.until = replay.end_time
             self.playing = True
-        self._simulate(replay, replay.trial_time)
+        self._simulate(replay, replay.end_time)
         self._wake.set()
 
     def unload(self) -> None:
@@ -71,8 +71,11 @@ class Player:
     def play(self) -> None:
         """Go on, from the start if the end was reached."""
         with self._mutex:
-            if self._replay is not None and self.time >= self.until - self._replay.frame_period:
-                self.time = -self._replay.settle_time
+            replay = self._replay
+            if replay is not None:
+                end = replay.frames[-1].time if replay.failure and replay.frames else self.until
+                if self.time >= end - replay.frame_period:
+                    self.time = replay.start_time
             self.playing = self._replay is not None
         self._wake.set()
 
@@ -84,7 +87,7 @@ class Player:
         """Go to a time of the trial's clock, in s."""
         with self._mutex:
             if self._replay is not None:
-                self.time = min(max(moment, -self._replay.settle_time), self.until)
+                self.time = min(max(moment, self._replay.start_time), self.until)
         self._wake.set()
 
     def extend(self, seconds: float) -> None:
@@ -106,7 +109,7 @@ class Player:
                 self._replay.cancel()
         self._wake.set()
 
-    def _simulate(self, replay: Replay, until: float) -> None:
+    def _simulate(self, replay: Playable, until: float) -> None:
         threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True).start()
 
     def _run(self) -> None:
@@ -133,13 +136,13 @@ class Player:
                 return
             frames = replay.frames
             # never run ahead of the simulation
-            frontier = frames[-1].time if frames else -replay.settle_time
+            frontier = frames[-1].time if frames else replay.start_time
             self.time = min(self.time + elapsed * self.speed, max(frontier, self.time))
             # the last frame may lie just before the end
             at_end = frontier > self.until - replay.frame_period + 1e-6
             if self.time >= frontier - 1e-6 and (at_end or replay.failure):
                 if self.loop and not replay.failure:
-                    self.time = -replay.settle_time
+                    self.time = replay.start_time
                 else:
                     self.playing = False
                     ended = True
@@ -157,9 +160,9 @@ class Player:
             self._shown = (replay, index)
         self._show(replay, index)
 
-    def frame_index(self, replay: Replay) -> int:
+    def frame_index(self, replay: Playable) -> int:
         """Return the index of the frame that is due, at most the last simulated one."""
-        due = round((self.time + replay.settle_time) / replay.frame_period) - 1
+        due = round((self.time - replay.start_time) / replay.frame_period) - 1
         return min(max(due, 0), len(replay.frames) - 1)
 
 

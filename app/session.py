@@ -20,11 +20,12 @@ from app.player import Player
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.evaluation import Evaluation
-from engine.export import export_files, zip_bytes
+from engine.export import export_files
 from engine.reader import Generation, RunReader
 from engine.records import cell_name
-from engine.replay import Replay
+from engine.replay import Playable, Replay
 from engine.tasks import get_task
+from engine.zip_file import zip_bytes
 from viz.heatmap import Heatmap, describe_cell, with_fresh
 from viz.maps import load_maps
 
@@ -280,7 +281,7 @@ class Session:
             raise InvalidData("Choose a run first.")
         return self._library.reader(self._path)
 
-    def _show_frame(self, replay: Replay, index: int) -> None:
+    def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
             self._arena.show(replay, index)
             self._transport.tick()

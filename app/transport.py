@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import math
 from collections.abc import Callable, Sequence
 
@@ -11,9 +12,11 @@ import viser
 
 from app.player import Player, current_frame
 from app.widgets import put
+from engine.dump_replay import DumpReplay
+from engine.replay import Replay
 from engine.tasks import bearing_name
 
-SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
+SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
 MIN_WIDTH = 420
 MARGIN = 20
@@ -39,12 +42,16 @@ class TransportPanel:
         player: what it controls.
         events: whom it reports to.
         taken: width in pixels that docked panels take.
+        step: of the slider, in s.
     """
 
-    def __init__(self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int, step: float = 0.1
+    ) -> None:
         gui = client.gui
         self._player = player
         self._shown_time = -1e9
+        self._step = step
         self._targets: tuple[str, ...] = ()
         width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
@@ -55,7 +62,7 @@ class TransportPanel:
                 "Time",
                 min=-3.0,
                 max=40.0,
-                step=0.1,
+                step=step,
                 initial_value=-3.0,
                 hint="Seconds since the target was placed; before 0 the robot settles",
             )
@@ -116,6 +123,17 @@ class TransportPanel:
         if tuple(self._seed.options) != seeds:
             self._seed.options = seeds
 
+    def show_only(self, speed: str) -> None:
+        """Offer no other trial and nothing past the end.
+
+        Args:
+            speed: to begin with, one of ``SPEEDS``.
+        """
+        for widget in (self._more, self._target, self._seed):
+            widget.disabled = True
+        put(self._speed, speed)
+        self._player.speed = SPEEDS[speed]
+
     def select_trial(self, target: int, repeat: int) -> None:
         """Show which trial is played."""
         put(self._target, self._targets[target])
@@ -131,17 +149,19 @@ class TransportPanel:
         if self._play.label != label:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if player.playing else viser.Icon.PLAYER_PLAY
-        if self._slider.min != -replay.settle_time:
-            self._slider.min = -replay.settle_time
+        if self._slider.min != replay.start_time:
+            self._slider.min = replay.start_time
         if self._slider.max != player.until:
             self._slider.max = player.until
-        put(self._slider, round(min(max(player.time, self._slider.min), self._slider.max), 1))
+        moment = self._step * round(player.time / self._step)
+        put(self._slider, round(min(max(moment, self._slider.min), self._slider.max), 3))
         self._shown_time = player.time
         self._text.content = _text(describe(player))
 
     def tick(self) -> None:
         """Refresh now and then while playing."""
-        if abs(self._player.time - self._shown_time) >= UPDATE_INTERVAL * max(self._player.speed, 1):
+        interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
+        if abs(self._player.time - self._shown_time) >= interval:
             self.refresh()
 
 
@@ -151,6 +171,8 @@ def describe(player: Player) -> str:
     if replay is None:
         return ""
     moment = player.time
+    if isinstance(replay, DumpReplay):
+        return _describe_dump(replay, moment)
     if replay.failure:
         return f"The simulation failed: {replay.failure}"
     if moment < 0:
@@ -160,6 +182,8 @@ def describe(player: Player) -> str:
     if replay.target is not None and frame is not None:
         gap = float(np.linalg.norm(frame.head - replay.target))
         parts.append(f"head {100 * gap:.1f} cm from the target")
+    if not isinstance(replay, Replay):
+        return " · ".join(parts)
     if replay.final_distance is not None:
         stored = float(replay.evaluation.distances[replay.target_index, replay.repeat])
         same = (
@@ -170,6 +194,14 @@ def describe(player: Player) -> str:
         parts.append(f"{100 * replay.final_distance:.2f} cm at {replay.trial_time:.0f} s, {same}")
     elif replay.frames and replay.frames[-1].time < replay.trial_time - 0.1:
         parts.append(f"simulated to {max(replay.frames[-1].time, 0):.0f} s")
+    return " · ".join(parts)
+
+
+def _describe_dump(replay: DumpReplay, moment: float) -> str:
+    parts = [f"{abs(min(moment, 0.0)):.2f} s before the simulation was stopped"]
+    if replay.reproduced is False:
+        simulated = replay.dump.versions.get("mujoco", "?")
+        parts.append(f"it does not fail here; what failed was simulated with MuJoCo {html.escape(simulated)}")
     return " · ".join(parts)
 
 

@@ -12,6 +12,7 @@ from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.robot import Physics
 from engine.tasks import get_task
+from engine.timestep import check_timestep
 
 TaskName = Literal["goal-reaching"]
 AlgorithmName = Literal["dm-me"]
@@ -49,6 +50,7 @@ class RunConfig:
     def __post_init__(self) -> None:
         get_task(self.task)
         check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        check_timestep(self.physics)
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
             updates = getattr(self.trials, name) / period
@@ -96,6 +98,17 @@ def from_json(data: Any) -> RunConfig:
         InvalidData: a field is unknown, of the wrong type or contradicts another.
     """
     return typing.cast(RunConfig, _read(RunConfig, data, "configuration"))
+
+
+def physics_from_json(data: Any) -> Physics:
+    """Read a physics back from the form that it has in ``to_json``'s result.
+
+    Unlike a run's, it may be one that no robot survives.
+
+    Raises:
+        InvalidData: a field is unknown, of the wrong type or contradicts another.
+    """
+    return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
 def _read(kind: Any, value: Any, where: str) -> Any:

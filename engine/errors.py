@@ -17,5 +17,9 @@ class RunFileError(TensAtlasError):
     """A run file is missing, damaged, foreign, newer than this program or in use."""
 
 
+class DumpError(TensAtlasError):
+    """A failure dump is missing, damaged, foreign or newer than this program, or cannot be written."""
+
+
 class ExportError(TensAtlasError):
     """A solution cannot be exported, or the export cannot be written where it was asked for."""

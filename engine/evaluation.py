@@ -9,19 +9,21 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, Final, Protocol
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, Literal, Protocol
 
 import numpy as np
 
 from engine.controller import Controller
 from engine.errors import InvalidData
+from engine.history import Failure
 from engine.morphology import Morphology
 from engine.robot import Physics
 from engine.simulation import (
     OPEN_LOOP_TIME,
     ClosedLoop,
     Head,
+    Observer,
     Trials,
     build_robots,
     find_heads,
@@ -34,6 +36,9 @@ CHUNK: Final = 8
 
 
 MAX_REPEATS: Final = 100
+
+Stage = Literal["settling", "head-search", "trial"]
+"""What a simulation of an evaluation is for."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +103,30 @@ class Evaluation:
     failure: str | None = None
 
 
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class FailedTrial:
+    """The first simulation of a solution's evaluation that failed.
+
+    Attributes:
+        solution: what was evaluated.
+        head_is_end: whether the chain's last module is the head, as far as it was found out.
+        stage: where it failed: ``settling``, ``head-search`` or ``trial``.
+        target, repeat: which trial, None in another stage.
+        failure: why, and the simulation's last control updates.
+    """
+
+    solution: Solution
+    head_is_end: bool
+    stage: Stage
+    target: int | None
+    repeat: int | None
+    failure: Failure
+
+
+FailureKeeper = Callable[[FailedTrial], str]
+"""Keeps a failure somewhere; returns what the evaluation's ``failure`` adds to the reason, such as where."""
+
+
 class Evaluator(Protocol):
     """Computes evaluations, on this machine or elsewhere."""
 
@@ -115,6 +144,9 @@ class LocalEvaluator:
         trials: how long and how often.
         run_seed: first part of every simulation's seed.
         n_threads: threads inside MuJoCo.
+        keep_failure: called once for every evaluation in which a simulation failed, in the order of the
+            evaluations; by default failures are not kept.
+        observer: sees the trials of every group of robots, not how they settle.
     """
 
     def __init__(
@@ -125,12 +157,16 @@ class LocalEvaluator:
         trials: TrialConfig,
         run_seed: int,
         n_threads: int = 1,
+        keep_failure: FailureKeeper | None = None,
+        observer: Observer | None = None,
     ) -> None:
         self._task = task
         self._physics = physics
         self._trials = trials
         self._run_seed = run_seed
         self._n_threads = n_threads
+        self._keep_failure = keep_failure
+        self._observer = observer
 
     def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
         """Yield evaluations in groups of robots with equally many modules."""
@@ -166,16 +202,52 @@ class LocalEvaluator:
             task=task,
             **common,
         )
-        results = loop.run(trials.trial_time)
-        return [self._summarise(*row) for row in zip(solutions, results, heads, head_failures, strict=True)]
+        results = loop.run(trials.trial_time, self._observer)
+        evaluations = []
+        for k, (solution, result, head) in enumerate(zip(solutions, results, heads, strict=True)):
+            failed = self._first_failure(solution, head, settled.failures[k], head_failures[k], result)
+            evaluations.append(self._summarise(solution, result, head, failed))
+        return evaluations
+
+    def _first_failure(
+        self,
+        solution: Solution,
+        head: Head,
+        settling: Failure | None,
+        head_search: Failure | None,
+        result: Trials,
+    ) -> FailedTrial | None:
+        """Return the first failure of an evaluation, given those of its stages; None if there is none."""
+        stage: Stage = "trial"
+        target = repeat = None
+        failure = settling or head_search  # what fails while settling is not tried in the later stages
+        if failure is not None:
+            stage = "settling" if settling else "head-search"
+        elif result.failed is not None:
+            failure = result.failures[result.failed]
+            target, repeat = divmod(result.failed, self._trials.repeats)
+        if failure is None:
+            return None
+        return FailedTrial(
+            solution=solution,
+            head_is_end=head.is_end,
+            stage=stage,
+            target=target,
+            repeat=repeat,
+            failure=failure,
+        )
 
     def _summarise(
-        self, solution: Solution, result: Trials, head: Head, head_failure: str | None
+        self, solution: Solution, result: Trials, head: Head, failed: FailedTrial | None
     ) -> Evaluation:
         shape = (self._task.n_targets, self._trials.repeats)
         distances = result.final_distance.reshape(shape)
         paths = result.trajectory[:, 1:].reshape(*shape, -1, 2)
-        failure = head_failure or result.failure
+        failure = None
+        if failed is not None:
+            failure = str(failed.failure)
+            if self._keep_failure is not None:
+                failure += self._keep_failure(failed)
         return Evaluation(
             solution=solution,
             fitness=None if failure else fitness(distances),

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.resources
-import io
 import json
 import shutil
 import uuid
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -26,6 +24,7 @@ from engine.bill_of_materials import bill_of_materials, total_mass
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation
+from engine.mjcf import xml_with_state
 from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.replay import repeat_trial
@@ -124,24 +123,6 @@ def write_folder(files: dict[str, bytes], out: Path) -> None:
             shutil.rmtree(partial, ignore_errors=True)
 
 
-def zip_bytes(files: dict[str, bytes], folder_name: str) -> bytes:
-    """Return a ZIP archive of files in one folder; equal files give equal bytes.
-
-    Args:
-        files: content by name.
-        folder_name: of the one folder at the archive's top.
-    """
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files):
-            entry = zipfile.ZipInfo(f"{folder_name}/{name}", date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # not the system that happens to run this
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, files[name])
-    return buffer.getvalue()
-
-
 def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
     """Repeat the exported trial exactly as it was evaluated."""
     loop = repeat_trial(config, evaluation, target=TARGET, repeat=REPEAT)
@@ -152,9 +133,10 @@ def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
 
     settled = loop.sim.state()[0, 0]
     (result,) = loop.run(config.trials.trial_time, observe)
-    if result.failure is not None:
+    if result.failed is not None:
         raise ExportError(
-            f"evaluation {evaluation.solution.number} cannot be repeated with this version: {result.failure}"
+            f"evaluation {evaluation.solution.number} cannot be repeated with this version:"
+            f" {result.failures[result.failed]}"
         )
     return _Trial(settled, np.array(commands), result.trajectory[0], float(result.final_distance[0]))
 
@@ -167,15 +149,7 @@ def _robot_xml(
     """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
     walls = get_task(config.task).walls(morphology.n_modules)
     spec = build_spec(morphology, physics=config.physics, walls=walls)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_setState(model, data, trial.settled, mujoco.mjtState.mjSTATE_INTEGRATION)
-    spec.add_key(name="settled", time=data.time, qpos=data.qpos, qvel=data.qvel, ctrl=data.ctrl)
-    # a keyframe has no place for the solver's starting point, without which motions drift apart
-    spec.add_numeric(name="settled_qacc_warmstart", data=data.qacc_warmstart, size=model.nv)
-    # compiled values are saved with six digits, values as written in the spec with all
-    spec.compiler.savecompiled = False
-    return [a.name for a in spec.actuators], spec.to_xml()
+    return [a.name for a in spec.actuators], xml_with_state(spec, "settled", trial.settled)
 
 
 def _csv(header: Sequence[str], rows: Sequence[Sequence[float]]) -> str:

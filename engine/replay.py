@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
 from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, noise_seed
+from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets
 
@@ -33,6 +34,50 @@ class Frame:
     pose: np.ndarray
     lengths: np.ndarray
     head: np.ndarray
+
+
+class Playable(Protocol):
+    """A simulation whose frames can be shown while it runs; ``frames`` only ever grows.
+
+    Attributes:
+        frames: what has been simulated, every ``frame_period``.
+        target: (2,) the target in the world, in m, or None.
+        failure: why the simulation failed, once it has.
+        head: which end of the robot is its head.
+    """
+
+    frames: list[Frame]
+    target: np.ndarray | None
+    failure: str | None
+    head: Head
+
+    @property
+    def morphology(self) -> Morphology:
+        """The robot's body."""
+        ...
+
+    @property
+    def start_time(self) -> float:
+        """Time of the clock one ``frame_period`` before the first frame, in s."""
+        ...
+
+    @property
+    def end_time(self) -> float:
+        """Time of the clock that ``advance`` is first asked to simulate to, in s."""
+        ...
+
+    @property
+    def frame_period(self) -> float:
+        """Seconds between two frames."""
+        ...
+
+    def cancel(self) -> None:
+        """Make ``advance`` return soon, and at once from then on."""
+        ...
+
+    def advance(self, until: float) -> None:
+        """Simulate until a time of the clock, in s, a failure or ``cancel``."""
+        ...
 
 
 def repeat_trial(
@@ -98,10 +143,25 @@ class Replay:
         self.final_distance: float | None = None
         """From head to target at the end of the evaluated time, in m, once it is reached."""
         self.failure: str | None = None
-        self._head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
+        self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
         self._loop: ClosedLoop | None = None
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
+
+    @property
+    def morphology(self) -> Morphology:
+        """The robot's body."""
+        return self.evaluation.solution.morphology
+
+    @property
+    def start_time(self) -> float:
+        """Time of the trial's clock when the robot is dropped, in s."""
+        return -self.settle_time
+
+    @property
+    def end_time(self) -> float:
+        """Time of the trial's clock when it ends, in s."""
+        return self.trial_time
 
     @property
     def trial_time(self) -> float:
@@ -154,11 +214,11 @@ class Replay:
     def _observe(self, sim: SimulationBatch) -> None:
         if self._cancelled.is_set():
             raise _CancelledError
-        self.failure = sim.failure[0]
+        self.failure = None if sim.failures[0] is None else str(sim.failures[0])
         if sim.n_updates % UPDATES_PER_FRAME:
             return
         pose = sim.qpos[0, 0].reshape(sim.n_modules, -1, 7).astype(np.float32)
-        head = pose[self._head.module, list(self._head.front), :2].mean(axis=0)
+        head = pose[self.head.module, list(self.head.front), :2].mean(axis=0)
         self.frames.append(
             Frame(
                 time=sim.time - self.settle_time,

@@ -40,8 +40,7 @@ class Physics:
 
     Friction is the published rod-on-ground coefficient. The contact's hardness and impedance ratio were
     chosen so that friction holds instead of creeping, with an eye on robots that the published simulator
-    replayed: over 14 robots of 2 to 6 modules the head's median net displacement in 40 s is 3.7 cm
-    (published 5.9), its median path at 1 Hz 19.8 cm (published 20.9).
+    replayed; ``docs/physics.md`` says how well it does and where it does not.
     """
 
     timestep: float = 0.005

@@ -15,6 +15,7 @@ from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.archive import GridArchive
 from engine.config import RunConfig
+from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.morphology import Morphology
@@ -66,14 +67,20 @@ def create_algorithm(config: RunConfig) -> Algorithm:
     )
 
 
-def create_evaluator(config: RunConfig, n_threads: int) -> Evaluator:
-    """Return an evaluator on this machine's threads."""
+def failures_folder(path: Path) -> Path:
+    """Return the folder beside a run file where the dumps of its failed simulations are kept."""
+    return path.with_name(f"{path.stem}.failures")
+
+
+def create_evaluator(config: RunConfig, n_threads: int, dumps: DumpFolder | None = None) -> Evaluator:
+    """Return an evaluator on this machine's threads that keeps failures in a folder, if any."""
     return LocalEvaluator(
         task=get_task(config.task),
         physics=config.physics,
         trials=config.trials,
         run_seed=config.seed,
         n_threads=n_threads,
+        keep_failure=None if dumps is None else dumps.keep,
     )
 
 
@@ -165,7 +172,10 @@ def _work(
     n_threads: int,
     observer: Observer | None,
 ) -> None:
-    evaluator = create_evaluator(config, n_threads)
+    dumps = DumpFolder(
+        failures_folder(writer.path), config=config, versions=versions(), n_failed=writer.n_failed()
+    )
+    evaluator = create_evaluator(config, n_threads, dumps)
     distance = get_task(config.task).target_distance
     started = time.monotonic()
     n_new = n_failed = 0

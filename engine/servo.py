@@ -27,10 +27,15 @@ The order is that of ``tensegrity.SERVO_NODES``; the values are the published ac
 
 
 def pick(options: np.ndarray, outputs: np.ndarray) -> np.ndarray:
-    """Let outputs in [0, 1] choose from a list: item min(floor(output x n), n - 1)."""
-    n = len(options)
-    # a diverged simulation senses NaN; what its servos do no longer matters
-    return options[np.minimum((np.nan_to_num(outputs) * n).astype(int), n - 1)]
+    """Let outputs in [0, 1] choose from a list: item min(floor(output x n), n - 1).
+
+    NaN, which a diverged simulation senses, chooses the first item.
+    """
+    scaled = outputs * len(options)
+    index = np.zeros(outputs.shape, dtype=np.intp)
+    for k in range(1, len(options)):
+        index += scaled >= k
+    return options[index]
 
 
 def command_angle(frequency: np.ndarray, phase: np.ndarray, time: float) -> np.ndarray:

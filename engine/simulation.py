@@ -10,16 +10,16 @@ Results are the same bits whatever the number of threads and whichever robots sh
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
-import mujoco
 import numpy as np
-from mujoco import batch
 
 from engine import servo
 from engine import tensegrity as t
+from engine.batch import Observer, SimulationBatch
 from engine.controller import Controller
+from engine.history import Failure
 from engine.morphology import Morphology
 from engine.network import NetworkBatch
 from engine.robot import Physics, RobotModel, build_robot, face_rods
@@ -28,115 +28,8 @@ from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task
 OPEN_LOOP_TIME: Final = 10.0
 """Seconds of open-loop motion, all modules at 0.5 Hz and phase 0, that show which end is the head."""
 OPEN_LOOP_FREQUENCY: Final = 0.5
-ARENA_RADIUS: Final = 10.0
-"""A rod further than this from the origin, in m, means that a simulation has diverged."""
 NOISE_BLOCK: Final = 50
 """Control updates whose noise is drawn at once."""
-
-_DIVERGENCE_WARNINGS: Final = [
-    mujoco.mjtWarning.mjWARN_BADQPOS.value,
-    mujoco.mjtWarning.mjWARN_BADQVEL.value,
-    mujoco.mjtWarning.mjWARN_BADQACC.value,
-]
-
-
-class SimulationBatch:
-    """Robots with the same number of modules, each simulated in several copies.
-
-    Args:
-        robots: the compiled robots.
-        copies: simulations per robot.
-        physics: time step and control period.
-        n_threads: threads inside MuJoCo.
-    """
-
-    def __init__(
-        self, robots: Sequence[RobotModel], *, copies: int, physics: Physics, n_threads: int
-    ) -> None:
-        self._batch = batch.Batch(robots[0].model, len(robots) * copies, n_threads)
-        self._batch.set_models([r.model for r in robots for _ in range(copies)])
-        self._batch.reset()
-        self._physics = physics
-        self.shape = (len(robots), copies)
-        self.n_modules = robots[0].n_modules
-        # all robots of a size number their bodies alike; each has one free joint of 7 coordinates
-        columns = robots[0].model.jnt_qposadr[robots[0].model.body_jntadr[robots[0].rod_bodies]]
-        self._xyz = columns[..., None] + np.arange(3)
-        self._qpos = self._batch.bind("qpos")
-        self._ctrl = self._batch.bind("ctrl")
-        self.failure: list[str | None] = [None] * self._batch.nsim
-        self._alive = np.ones(self._batch.nsim, dtype=bool)
-        self.n_updates = 0
-
-    @property
-    def time(self) -> float:
-        """Seconds since the robots were dropped."""
-        return self.n_updates * self._physics.control_period
-
-    @property
-    def qpos(self) -> np.ndarray:
-        """(robots, copies, nq) generalised coordinates; a view."""
-        return self._qpos.reshape(*self.shape, -1)
-
-    @property
-    def commanded(self) -> np.ndarray:
-        """(robots, copies, modules, 5) commanded lengths of the internal cables, in m; a view."""
-        return self._ctrl.reshape(*self.shape, self.n_modules, -1)
-
-    def rods(self, module: np.ndarray, rods: np.ndarray) -> np.ndarray:
-        """Return (robots, copies, n, 3) centres of n chosen rods per robot, in m.
-
-        Args:
-            module: (robots,) which module.
-            rods: (robots, n) which of its rods.
-        """
-        columns = self._xyz[module[:, None], rods]
-        robot = np.arange(self.shape[0])[:, None, None, None]
-        copy = np.arange(self.shape[1])[None, :, None, None]
-        return self.qpos[robot, copy, columns[:, None]]
-
-    def state(self) -> np.ndarray:
-        """Return a copy of the (robots, copies, n) complete states."""
-        return self._batch.state.reshape(*self.shape, -1).copy()
-
-    def branch(self, other: SimulationBatch) -> None:
-        """Continue from another batch's robots, whose only copy is copied to all of this one's."""
-        self._batch.state[:] = np.repeat(other._batch.state, self.shape[1], axis=0)
-        self.n_updates = other.n_updates
-        self.failure = [f for f in other.failure for _ in range(self.shape[1])]
-        self._alive[:] = np.repeat(other._alive, self.shape[1])
-
-    def step(self, lengths: np.ndarray) -> None:
-        """Advance by one control period.
-
-        Args:
-            lengths: (robots, copies, modules, 5) commanded lengths of the internal cables, in m.
-        """
-        self._ctrl[:] = lengths.reshape(len(self._ctrl), -1)
-        ids = None if self._alive.all() else np.flatnonzero(self._alive)
-        if ids is None or len(ids):
-            try:
-                self._batch.step(ids, nstep=self._physics.steps_per_control)
-            except batch.SimulationError as e:
-                for i in e.ids:
-                    self._fail(int(i), f"MuJoCo: {self._batch.error(int(i))}")
-        self.n_updates += 1
-        self._check()
-
-    def _check(self) -> None:
-        bad = self._batch.warning[:, _DIVERGENCE_WARNINGS, 1].any(axis=1)
-        xyz = self._qpos[:, self._xyz.ravel()]
-        bad |= ~(np.abs(xyz).max(axis=1) < ARENA_RADIUS)
-        for i in np.flatnonzero(bad & self._alive):
-            self._fail(int(i), f"diverged {self.time:.2f} s after the drop")
-
-    def _fail(self, i: int, reason: str) -> None:
-        self._alive[i] = False
-        self.failure[i] = reason
-
-
-Observer = Callable[[SimulationBatch], None]
-"""Called after every control update; may raise to abandon the roll-out."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -210,7 +103,7 @@ def find_heads(
     physics: Physics,
     n_threads: int = 1,
     duration: float = OPEN_LOOP_TIME,
-) -> tuple[list[Head], list[str | None]]:
+) -> tuple[list[Head], list[Failure | None]]:
     """Find which end goes first when all modules pulse together.
 
     The end of the chain is the head unless the rear face of its module has by then crossed, backwards,
@@ -231,7 +124,7 @@ def find_heads(
         sim.step(servo.target_lengths(command))
     moved = ((sensor.faces(sim)[1] - rear) * direction).sum(axis=-1)[:, 0]
     heads = [Head.of(m, bool(d >= 0.0)) for m, d in zip(morphologies, moved, strict=True)]
-    return heads, sim.failure
+    return heads, sim.failures
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -242,12 +135,17 @@ class Trials:
         final_distance: (S,) from head to target at the end, in m.
         trajectory: (S, seconds + 1, 2) head position at 1 Hz in the settled head's frame, x ahead, y
             left, in m; the first is the origin.
-        failure: why a trial failed, or None.
+        failures: (S,) why a trial failed, or None.
     """
 
     final_distance: np.ndarray
     trajectory: np.ndarray
-    failure: str | None
+    failures: tuple[Failure | None, ...]
+
+    @property
+    def failed(self) -> int | None:
+        """The first trial that failed, or None."""
+        return next((k for k, f in enumerate(self.failures) if f), None)
 
 
 class ClosedLoop:
@@ -329,8 +227,8 @@ class ClosedLoop:
         n = self.sim.shape[1]
         results = []
         for r in range(self.sim.shape[0]):
-            reasons = [f for f in self.sim.failure[r * n : (r + 1) * n] if f]
-            results.append(Trials(distance[r], trajectory[r], reasons[0] if reasons else None))
+            failures = tuple(self.sim.failures[r * n : (r + 1) * n])
+            results.append(Trials(distance[r], trajectory[r], failures))
         return results
 
 

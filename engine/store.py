@@ -135,6 +135,11 @@ class RunWriter:
         except (sqlite3.Error, InvalidData) as e:
             raise RunFileError(f"{self.path} is damaged: {e}") from None
 
+    def n_failed(self) -> int:
+        """Return how many of the saved evaluations failed."""
+        (n,) = self._db.execute("SELECT COUNT(failure) FROM evaluations").fetchone()
+        return int(n)
+
     def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
         """Save finished evaluations of the generation under way."""
         with self._transaction():

@@ -7,6 +7,7 @@ import html
 import numpy as np
 
 from engine.config import RunConfig
+from engine.dump import Dump
 from engine.evaluation import Evaluation
 from engine.tasks import bearing_name, get_task
 from engine.tensegrity import stiffness_n_per_m
@@ -50,6 +51,37 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
     parts.append(_targets(config, evaluation))
     parts.append("</div>")
     return "".join(parts)
+
+
+def render_failure(dump: Dump) -> str:
+    """Return the card of a robot whose simulation failed."""
+    failed, failure, body = dump.failed, dump.failed.failure, dump.failed.solution.morphology
+    stages = {"settling": "settling", "head-search": "finding its head"}
+    if failed.target is None or failed.repeat is None:
+        where = stages[failed.stage]
+    else:
+        bearing = get_task(dump.task).target_bearings[failed.target]
+        where = f"target {bearing_name(bearing)}, seed {failed.repeat + 1}"
+    versions = " · ".join(
+        f"{name} {dump.versions[name]}" for name in ("tensatlas", "mujoco") if name in dump.versions
+    )
+    shown = len(failure.controls) * dump.physics.control_period
+    return "".join(
+        [
+            '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
+            f'<div style="font-size:17px;font-weight:600">Robot {failed.solution.number}</div>',
+            '<div style="color:#ff7b72;margin:2px 0 6px">The simulation failed: '
+            f"{html.escape(failure.reason)}</div>",
+            _ROW.format("while", where),
+            _ROW.format("dumped", f"the last {shown:.2f} s"),
+            _ROW.format("modules", body.n_modules),
+            _ROW.format("stiffness", f"{body.stiffness:.1f} · {stiffness_n_per_m(body.stiffness):.1f} N/m"),
+            _ROW.format("faces", " ".join(map(str, body.faces))),
+            _ROW.format("time step", f"{1000 * dump.physics.timestep:g} ms"),
+            _ROW.format("simulated with", html.escape(versions) or "unknown versions"),
+            "</div>",
+        ]
+    )
 
 
 def _headline(f_s: float | None) -> str:

@@ -10,6 +10,7 @@ from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.robot import Physics
+from engine.timestep import with_inertia
 
 NAN, INF = float("nan"), float("inf")
 positive = st.floats(1e-3, 1e3)
@@ -30,7 +31,11 @@ configs = st.builds(
         trial_time=st.integers(1, 100).map(float),
     ),
     physics=st.builds(
-        Physics, inertia_scale=positive, friction=positive, impratio=positive, servo_noise=positive
+        lambda scale, **others: with_inertia(Physics(**others), scale),
+        scale=positive,
+        friction=positive,
+        impratio=positive,
+        servo_noise=positive,
     ),
 )
 

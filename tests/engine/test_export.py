@@ -17,12 +17,13 @@ from engine import tensegrity as t
 from engine.config import from_json, preset
 from engine.controller import Controller
 from engine.errors import ExportError, RunFileError
-from engine.export import export_files, write_folder, zip_bytes
+from engine.export import export_files, write_folder
 from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import build_robot
 from engine.run import evolve
 from engine.tasks import get_task
+from engine.zip_file import zip_bytes
 
 NAMES = {
     "README.md",

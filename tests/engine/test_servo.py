@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
+from benchmarks import reference
 from engine import servo
 
 
@@ -57,8 +58,8 @@ def test_commands_stay_in_range_and_repeat(frequency, phase, time):
     assert servo.command_angle(f, p, time + 1 / frequency)[0] == pytest.approx(got, abs=1e-9)
 
 
-def test_target_lengths_are_the_published_actuators(reference):
-    for command, lengths in reference["servo_target_lengths_cm"].items():
+def test_target_lengths_are_the_published_actuators():
+    for command, lengths in reference.load(reference.STATIC)["servo_target_lengths_cm"].items():
         got = 100 * servo.target_lengths(np.array(float(command)))
         np.testing.assert_allclose(got, lengths, atol=1e-4)
 

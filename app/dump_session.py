@@ -1,0 +1,59 @@
+"""One browser that looks at a failure dump."""
+
+from __future__ import annotations
+
+import viser
+
+from app import transport
+from app.arena import Arena
+from app.player import Player
+from app.robot_panel import WIDTH
+from engine.dump import Dump
+from engine.dump_replay import DumpReplay
+from engine.replay import Playable
+from viz import robot_card
+
+SLIDER_STEP = 0.01
+"""Seconds: a simulation explodes within few control updates."""
+SPEED = "⅒ ×"
+"""Speed to begin with: every time step can be seen."""
+
+
+class DumpSession:
+    """Shows a dump's card and plays it.
+
+    Args:
+        client: the browser.
+        dump: what to show.
+    """
+
+    def __init__(self, client: viser.ClientHandle, dump: Dump) -> None:
+        gui = client.gui
+        gui.set_panel_label("TensAtlas")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(WIDTH)
+        with gui.add_folder("Failed simulation"):
+            gui.add_html(robot_card.render_failure(dump))
+        self._arena = Arena(client)
+        self._player = Player(self._show_frame, lambda: self._transport.refresh())
+        self._transport = transport.TransportPanel(
+            client,
+            self._player,
+            transport.Events(trial_chosen=lambda _target, _repeat: None, follow_changed=self._set_follow),
+            taken=WIDTH,
+            step=SLIDER_STEP,
+        )
+        self._transport.show_only(SPEED)
+        self._player.load(DumpReplay(dump))
+        self._transport.refresh()
+
+    def close(self) -> None:
+        """End the threads of a browser that has gone."""
+        self._player.close()
+
+    def _show_frame(self, replay: Playable, index: int) -> None:
+        self._arena.show(replay, index)
+        self._transport.tick()
+
+    def _set_follow(self, follow: bool) -> None:
+        self._arena.follow = follow

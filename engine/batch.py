@@ -1,0 +1,114 @@
+"""Many simulations side by side, on the threads of this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from mujoco import batch
+
+from engine.guard import Guard
+from engine.history import Failure, History
+from engine.robot import Physics, RobotModel
+
+
+class SimulationBatch:
+    """Robots with the same number of modules, each simulated in several copies.
+
+    A simulation that diverges is stopped and its failure kept; the others do not notice.
+
+    Args:
+        robots: the compiled robots.
+        copies: simulations per robot.
+        physics: time step and control period.
+        n_threads: threads inside MuJoCo.
+    """
+
+    def __init__(
+        self, robots: Sequence[RobotModel], *, copies: int, physics: Physics, n_threads: int
+    ) -> None:
+        self._batch = batch.Batch(robots[0].model, len(robots) * copies, n_threads)
+        self._batch.set_models([r.model for r in robots for _ in range(copies)])
+        self._batch.reset()
+        self._physics = physics
+        self.shape = (len(robots), copies)
+        self.n_modules = robots[0].n_modules
+        # all robots of a size number their bodies alike; each has one free joint of 7 coordinates
+        columns = robots[0].model.jnt_qposadr[robots[0].model.body_jntadr[robots[0].rod_bodies]]
+        self._xyz = columns[..., None] + np.arange(3)
+        self._qpos = self._batch.bind("qpos")
+        self._qvel = self._batch.bind("qvel")
+        self._ctrl = self._batch.bind("ctrl")
+        self._guard = Guard([r for r in robots for _ in range(copies)])
+        self._history = History(self._batch.nsim, self._batch.nstate, self._ctrl.shape[1])
+        self.failures: list[Failure | None] = [None] * self._batch.nsim
+        """Why each simulation was stopped, None for those that go on; robot by robot."""
+        self._alive = np.ones(self._batch.nsim, dtype=bool)
+        self.n_updates = 0
+
+    @property
+    def time(self) -> float:
+        """Seconds since the robots were dropped."""
+        return self.n_updates * self._physics.control_period
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """(robots, copies, nq) generalised coordinates; a view."""
+        return self._qpos.reshape(*self.shape, -1)
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """(robots, copies, modules, 5) commanded lengths of the internal cables, in m; a view."""
+        return self._ctrl.reshape(*self.shape, self.n_modules, -1)
+
+    def rods(self, module: np.ndarray, rods: np.ndarray) -> np.ndarray:
+        """Return (robots, copies, n, 3) centres of n chosen rods per robot, in m.
+
+        Args:
+            module: (robots,) which module.
+            rods: (robots, n) which of its rods.
+        """
+        columns = self._xyz[module[:, None], rods]
+        robot = np.arange(self.shape[0])[:, None, None, None]
+        copy = np.arange(self.shape[1])[None, :, None, None]
+        return self.qpos[robot, copy, columns[:, None]]
+
+    def state(self) -> np.ndarray:
+        """Return a copy of the (robots, copies, n) complete states."""
+        return self._batch.state.reshape(*self.shape, -1).copy()
+
+    def branch(self, other: SimulationBatch) -> None:
+        """Continue from another batch's robots, whose only copy is copied to all of this one's."""
+        self._batch.state[:] = np.repeat(other._batch.state, self.shape[1], axis=0)
+        self.n_updates = other.n_updates
+        self.failures = [f for f in other.failures for _ in range(self.shape[1])]
+        self._history.branch(other._history, self.shape[1])
+        self._alive[:] = np.repeat(other._alive, self.shape[1])
+
+    def step(self, lengths: np.ndarray) -> None:
+        """Advance by one control period.
+
+        Args:
+            lengths: (robots, copies, modules, 5) commanded lengths of the internal cables, in m.
+        """
+        self._ctrl[:] = lengths.reshape(len(self._ctrl), -1)
+        self._history.remember(self.n_updates, self._batch.state, self._ctrl)
+        ids = None if self._alive.all() else np.flatnonzero(self._alive)
+        reasons = {}
+        if ids is None or len(ids):
+            try:
+                self._batch.step(ids, nstep=self._physics.steps_per_control)
+            except batch.SimulationError as e:
+                reasons = {int(i): f"MuJoCo: {self._batch.error(int(i))}" for i in e.ids}
+        self.n_updates += 1
+        reasons = (
+            self._guard.judge(self._qpos, self._qvel, self._batch.warning[..., 1], self._alive) | reasons
+        )
+        for i, reason in reasons.items():
+            self._alive[i] = False
+            reason = f"diverged {self.time:.2f} s after the drop: {reason}"
+            self.failures[i] = self._history.failure(i, self.n_updates, reason)
+
+
+Observer = Callable[[SimulationBatch], None]
+"""Called after every control update; may raise to abandon the roll-out."""

@@ -1,0 +1,186 @@
+"""An evaluation simulated again, with its own physics and with another.
+
+A sample is a whole evaluation: every target, as many repeats as in the run, its head found anew. Sample
+0 has the recorded noise; the others have noise that the run never used.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Final
+
+import numpy as np
+
+from engine.config import RunConfig
+from engine.errors import InvalidData
+from engine.evaluation import Evaluation, LocalEvaluator, Solution
+from engine.motion import Motion, MotionRecorder
+from engine.robot import Physics, build_robot
+from engine.tasks import get_task
+from engine.timestep import with_inertia
+
+MAX_SEEDS: Final = 100
+SMALLEST_FACTOR: Final = 0.01
+"""Smallest factor on the time step; the simulation takes its inverse times as long."""
+_FRESH: Final = 2**32
+"""No run has as many evaluations, so that no number of a sample is one of the run's."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Samples:
+    """One solution, evaluated with one physics under the recorded noise and under N others.
+
+    Attributes:
+        physics: how it was simulated.
+        recorded_noise: the evaluation with the recorded noise.
+        fresh: N evaluations with fresh noise.
+        motion: of all modules in all trials of all of them.
+    """
+
+    physics: Physics
+    recorded_noise: Evaluation
+    fresh: tuple[Evaluation, ...]
+    motion: Motion
+
+    @property
+    def n_failed(self) -> int:
+        """How many of the evaluations with fresh noise failed."""
+        return sum(e.fitness is None for e in self.fresh)
+
+    @property
+    def fitness(self) -> np.ndarray:
+        """(N - n_failed,) fitnesses under fresh noise, in m."""
+        return np.array([e.fitness for e in self.fresh if e.fitness is not None])
+
+    @property
+    def mean(self) -> float | None:
+        """Mean of ``fitness`` in m; None if every evaluation failed."""
+        return float(self.fitness.mean()) if len(self.fitness) else None
+
+    @property
+    def deviation(self) -> float | None:
+        """Standard deviation of ``fitness`` in m; None for fewer than two values."""
+        return float(self.fitness.std(ddof=1)) if len(self.fitness) > 1 else None
+
+    @property
+    def distances(self) -> np.ndarray | None:
+        """(targets,) mean final distances under fresh noise, in m; None if every evaluation failed."""
+        found = [e.distances.mean(axis=1) for e in self.fresh if e.fitness is not None]
+        return np.mean(found, axis=0) if found else None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Verification:
+    """An evaluation as recorded, simulated again, and simulated with another physics.
+
+    Attributes:
+        recorded: what the run holds.
+        own: simulated again with the run's physics.
+        changed: simulated with another physics, or None.
+    """
+
+    recorded: Evaluation
+    own: Samples
+    changed: Samples | None
+
+    @property
+    def identical(self) -> bool:
+        """Whether the run's physics and the recorded noise give the recorded results to the last bit."""
+        again = self.own.recorded_noise
+        return (
+            again.fitness == self.recorded.fitness
+            and again.head_is_end == self.recorded.head_is_end
+            and np.array_equal(again.distances, self.recorded.distances)
+            and np.array_equal(again.trajectory, self.recorded.trajectory)
+        )
+
+
+def changed_physics(
+    physics: Physics, *, inertia_scale: float | None = None, timestep_factor: float | None = None
+) -> Physics:
+    """Return a physics with another inertia, another time step or both.
+
+    Args:
+        physics: to start from.
+        inertia_scale: factor on every inertia; the time step follows it to stay stable.
+        timestep_factor: factor on the time step, after that.
+
+    Raises:
+        InvalidData: a value is out of range, or the time step is no whole fraction of the control period.
+    """
+    if inertia_scale is not None and inertia_scale != physics.inertia_scale:
+        physics = with_inertia(physics, inertia_scale)
+    if timestep_factor is not None:
+        if not SMALLEST_FACTOR <= timestep_factor < math.inf:
+            raise InvalidData(f"timestep factor must be at least {SMALLEST_FACTOR}, not {timestep_factor}")
+        physics = dataclasses.replace(physics, timestep=physics.timestep * timestep_factor)
+    return physics
+
+
+def resimulate(
+    config: RunConfig, evaluation: Evaluation, *, physics: Physics, n_seeds: int, n_threads: int = 1
+) -> Samples:
+    """Evaluate a solution again.
+
+    Args:
+        config: of the run that the evaluation belongs to.
+        evaluation: of the solution.
+        physics: how to simulate it.
+        n_seeds: evaluations with fresh noise, besides the one with the recorded noise.
+        n_threads: threads inside MuJoCo; the result does not depend on it.
+
+    Raises:
+        InvalidData: the number of seeds or the physics' time step is out of range.
+    """
+    if not 1 <= n_seeds <= MAX_SEEDS:
+        raise InvalidData(f"seeds must be from 1 to {MAX_SEEDS}, not {n_seeds}")
+    config = dataclasses.replace(config, physics=physics)  # which checks the time step
+    task, solution = get_task(config.task), evaluation.solution
+    recorder = MotionRecorder(build_robot(solution.morphology, physics), physics)
+    evaluator = LocalEvaluator(
+        task=task,
+        physics=physics,
+        trials=config.trials,
+        run_seed=config.seed,
+        n_threads=n_threads,
+        observer=recorder,
+    )
+    samples = [_with_noise(solution, k) for k in range(1 + n_seeds)]
+    found = {e.solution.number: e for group in evaluator.evaluate(samples) for e in group}
+    first, *fresh = (found[s.number] for s in samples)
+    return Samples(physics, first, tuple(fresh), recorder.motion())
+
+
+def verify(
+    config: RunConfig,
+    evaluation: Evaluation,
+    *,
+    physics: Physics | None = None,
+    n_seeds: int = 5,
+    n_threads: int = 1,
+) -> Verification:
+    """Simulate an evaluation again with the run's physics and, if given, with another.
+
+    Args:
+        config: of the run that the evaluation belongs to.
+        evaluation: what the run holds.
+        physics: another physics; its control period and noise may differ too.
+        n_seeds: evaluations with fresh noise for each physics.
+        n_threads: threads inside MuJoCo; the result does not depend on it.
+
+    Raises:
+        InvalidData: the number of seeds or the physics' time step is out of range.
+    """
+    if physics is not None:
+        dataclasses.replace(config, physics=physics)  # bad values are refused before time is spent
+    own = resimulate(config, evaluation, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
+    changed = None
+    if physics is not None:
+        changed = resimulate(config, evaluation, physics=physics, n_seeds=n_seeds, n_threads=n_threads)
+    return Verification(evaluation, own, changed)
+
+
+def _with_noise(solution: Solution, sample: int) -> Solution:
+    """Return a solution under the number that gives a sample's noise; 0 is the recorded noise."""
+    return dataclasses.replace(solution, number=solution.number + sample * _FRESH)

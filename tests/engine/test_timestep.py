@@ -1,0 +1,62 @@
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_up import evolved_controller, examples
+
+from engine.config import RunConfig
+from engine.errors import InvalidData
+from engine.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.morphology import Morphology
+from engine.robot import Physics
+from engine.tasks import GOAL_REACHING
+from engine.timestep import check_timestep, largest_timestep, with_inertia
+
+
+@examples(100)
+@given(st.floats(1e-3, 1e3), st.sampled_from([0.004, 0.002, 0.0005]))
+def test_another_inertia_comes_with_a_time_step_that_fits(scale, timestep):
+    physics = with_inertia(Physics(timestep=timestep), scale)
+    assert physics.inertia_scale == scale
+    assert physics.timestep <= largest_timestep(scale) * (1 + 1e-6)
+    check_timestep(physics)
+    RunConfig(physics=physics)
+
+
+def test_the_same_inertia_keeps_the_time_step():
+    assert with_inertia(Physics(), Physics().inertia_scale) == Physics()
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), 1e-4])
+def test_impossible_inertia_is_refused(scale):
+    with pytest.raises(InvalidData, match="inertia_scale"):
+        with_inertia(Physics(), scale)
+
+
+def test_a_run_refuses_a_time_step_that_its_inertia_does_not_stand():
+    with pytest.raises(InvalidData, match=r"too large for inertia_scale 1.*fits is 0\.0015384"):
+        RunConfig(physics=Physics(inertia_scale=1.0))
+    with pytest.raises(InvalidData, match="too large"):
+        RunConfig(physics=Physics(timestep=0.02))
+    assert RunConfig(physics=Physics(inertia_scale=1.0, timestep=0.001)).physics.timestep == 0.001
+
+
+@pytest.mark.parametrize("n_modules", [2, 10])
+def test_the_largest_time_step_holds_at_the_real_inertia_and_twice_it_does_not(n_modules):
+    bodies = [Morphology(level, (1, 4) * (n_modules // 2)) for level in (1, 10)]
+    solutions = [
+        Solution(number=k, morphology=body, controller=evolved_controller(k, 0))
+        for k, body in enumerate(bodies)
+    ]
+    for timestep, failing in ((0.02 / 13, set()), (0.02 / 6, {1})):
+        evaluator = LocalEvaluator(
+            task=dataclasses.replace(GOAL_REACHING, target_bearings=(0.5,)),
+            physics=Physics(inertia_scale=1.0, timestep=timestep),
+            trials=TrialConfig(repeats=1, settle_time=1.0, open_loop_time=0.4, trial_time=2.0),
+            run_seed=0,
+            n_threads=2,
+        )
+        found = [e for group in evaluator.evaluate(solutions) for e in group]
+        assert {e.solution.number for e in found if e.failure} >= failing
+        assert failing or not any(e.failure for e in found)
