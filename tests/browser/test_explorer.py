@@ -17,6 +17,7 @@ import mujoco
 import pytest
 from playwright.sync_api import Page, expect
 from processes import environment, free_port
+from widgets import field_of
 
 from engine.reader import RunReader
 from engine.store import is_being_written
@@ -29,12 +30,6 @@ MAP = "svg.ta-map[data-map={}]"
 
 def tile(page: Page, archive: str, filled: bool, nth: int = 0):
     return page.locator(f'{MAP.format(archive)} g[data-filled="{int(filled)}"]').nth(nth)
-
-
-def field_of(page: Page, label: str):
-    """Return the text or number field that viser shows beside a label."""
-    flex = "xpath=ancestor::div[contains(@class, 'Flex-root')][1]//input[not(@type='hidden')]"
-    return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
 
 
 def click(target) -> None:

@@ -1,0 +1,13 @@
+"""Finds viser's widgets on a page."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Locator, Page
+
+
+def field_of(page: Page, label: str) -> Locator:
+    """Return the text or number field that viser shows beside a label."""
+    flex = "xpath=ancestor::div[contains(@class, 'Flex-root')][1]//input[not(@type='hidden')]"
+    return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
