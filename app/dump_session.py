@@ -7,7 +7,7 @@ import viser
 from app import transport
 from app.arena import Arena
 from app.player import Player
-from app.robot_panel import WIDTH
+from app.robot_panel import WIDTH, dock
 from engine.dump import Dump
 from engine.dump_replay import DumpReplay
 from engine.replay import Playable
@@ -29,9 +29,7 @@ class DumpSession:
 
     def __init__(self, client: viser.ClientHandle, dump: Dump) -> None:
         gui = client.gui
-        gui.set_panel_label("TensAtlas")
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(WIDTH)
+        dock(gui)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
         self._arena = Arena(client)

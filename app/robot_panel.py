@@ -31,14 +31,19 @@ class Events:
     resume: Callable[[], None]
 
 
+def dock(gui: viser.GuiApi) -> None:
+    """Put a browser's main panel to the right, where what is said about a robot goes."""
+    gui.set_panel_label("TensAtlas")
+    gui.main_panel.dock_right()
+    gui.main_panel.set_width(WIDTH)
+
+
 class RobotPanel:
     """Shows a robot and the run control."""
 
     def __init__(self, client: viser.ClientHandle, events: Events) -> None:
         gui = client.gui
-        gui.set_panel_label("TensAtlas")
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(WIDTH)
+        dock(gui)
         with gui.add_folder("Robot"):
             self._welcome = gui.add_markdown(WELCOME)
             self._card = gui.add_html("")

@@ -20,7 +20,7 @@ def figure() -> go.Figure:
     """Return distances of faces 1 and 5 of one module without gravity against stiffness."""
     records = reference.load(reference.STATIC)["single_module"]
     stiffness = [r["stiffness"] for r in records]
-    distance = static_fidelity.contraction(Physics())[:, :, 0]
+    distance = static_fidelity.contraction(Physics())[0][:, :, 0]
     states = [s["state"] for s in records[0]["zero_gravity"]]
     drawn = [k for k, state in enumerate(states) if state not in states[:k]]
     result = go.Figure()

@@ -105,16 +105,10 @@ class DumpReplay:
         self._gone = self._gone or bool(gone)
         if self._gone:
             return
-        pose = data.qpos.reshape(self.morphology.n_modules, -1, 7).astype(np.float32)
         lengths = np.clip(np.nan_to_num(controls, nan=1.0), 0.0, 1.0)
-        self.frames.append(
-            Frame(
-                time=self.start_time + (len(self.frames) + 1) * self.frame_period,
-                pose=pose,
-                lengths=lengths.reshape(self.morphology.n_modules, -1).astype(np.float32),
-                head=pose[self.head.module, list(self.head.front), :2].mean(axis=0),
-            )
-        )
+        lengths = lengths.reshape(self.morphology.n_modules, -1)
+        time = self.start_time + (len(self.frames) + 1) * self.frame_period
+        self.frames.append(Frame.of(time, data.qpos, lengths, self.head))
 
 
 def _warnings(data: mujoco.MjData) -> np.ndarray:

@@ -35,6 +35,20 @@ class Frame:
     lengths: np.ndarray
     head: np.ndarray
 
+    @classmethod
+    def of(cls, time: float, qpos: np.ndarray, lengths: np.ndarray, head: Head) -> Frame:
+        """Take a frame.
+
+        Args:
+            time: of the trial's clock, in s.
+            qpos: (modules x 42,) generalised coordinates.
+            lengths: (modules, 5) commanded lengths of the internal cables, in m.
+            head: which end of the robot is its head.
+        """
+        pose = qpos.reshape(len(lengths), -1, 7).astype(np.float32)
+        position = pose[head.module, list(head.front), :2].mean(axis=0)
+        return cls(time=time, pose=pose, lengths=lengths.astype(np.float32), head=position)
+
 
 class Playable(Protocol):
     """A simulation whose frames can be shown while it runs; ``frames`` only ever grows.
@@ -217,16 +231,8 @@ class Replay:
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])
         if sim.n_updates % UPDATES_PER_FRAME:
             return
-        pose = sim.qpos[0, 0].reshape(sim.n_modules, -1, 7).astype(np.float32)
-        head = pose[self.head.module, list(self.head.front), :2].mean(axis=0)
-        self.frames.append(
-            Frame(
-                time=sim.time - self.settle_time,
-                pose=pose,
-                lengths=sim.commanded[0, 0].astype(np.float32),
-                head=head,
-            )
-        )
+        time = sim.time - self.settle_time
+        self.frames.append(Frame.of(time, sim.qpos[0, 0], sim.commanded[0, 0], self.head))
 
 
 class _CancelledError(Exception):
