@@ -100,7 +100,6 @@ def serve(places: Sequence[Path], *, host: str, port: int) -> Iterator[viser.Vis
     Raises:
         ServerError: the address cannot be listened on.
     """
-    check_address(host, port)
     library = Library(places)
     try:
         with serve_sessions(lambda client: Session(client, library), host=host, port=port) as server:
