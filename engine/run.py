@@ -20,7 +20,7 @@ from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.morphology import Morphology
 from engine.reader import RunReader
-from engine.robot import build_robot
+from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
 from engine.tasks import get_task
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
@@ -87,7 +87,11 @@ def create_evaluator(config: RunConfig, n_threads: int, dumps: DumpFolder | None
 def versions() -> dict[str, str]:
     """Return the versions of what decides a run's outcome."""
     packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
-    found = {"python": platform.python_version(), "machine": platform.machine()}
+    found = {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "physics": body_fingerprint(),
+    }
     for p in packages:
         try:
             found[p] = importlib.metadata.version(p)
@@ -127,7 +131,8 @@ def changed_versions(path: Path) -> list[str]:
         RunFileError: the file is no run file or is damaged.
     """
     with RunReader(path) as reader:
-        before = reader.versions
+        # the first files did not say how their bodies were modelled
+        before = {"physics": "unknown"} | reader.versions
     return [
         f"{name} {before[name]} -> {now}"
         for name, now in versions().items()

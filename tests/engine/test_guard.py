@@ -10,6 +10,7 @@ from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
 from engine.simulation import SimulationBatch, build_robots, settle
 from engine.tasks import GOAL_REACHING
+from engine.timestep import with_inertia
 
 PHYSICS = Physics()
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(10, (5, 5))]
@@ -119,9 +120,7 @@ def test_the_limits_themselves():
 @pytest.mark.parametrize("inertia_scale", [0.1, 1.0, 10.0])
 def test_healthy_robots_stay_far_below_the_speed_limit(level, inertia_scale):
     """Also at the moment at which they are fastest: when the built module is let go."""
-    scale = np.sqrt(inertia_scale / 10)
-    steps = 5 * int(np.ceil(1 / scale))
-    physics = Physics(inertia_scale=inertia_scale, timestep=0.02 / steps)
+    physics = with_inertia(Physics(), inertia_scale)
     robots = build_robots([Morphology(level, (1, 2, 3))], GOAL_REACHING, physics)
     sim = SimulationBatch(robots, copies=1, physics=physics, n_threads=1)
     fastest = 0.0

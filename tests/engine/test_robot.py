@@ -12,7 +12,15 @@ from engine import servo
 from engine import tensegrity as t
 from engine.errors import InvalidData
 from engine.morphology import Morphology
-from engine.robot import Physics, Wall, build_robot, build_spec, face_rods, module_placements
+from engine.robot import (
+    Physics,
+    Wall,
+    body_fingerprint,
+    build_robot,
+    build_spec,
+    face_rods,
+    module_placements,
+)
 
 WEIGHT = 0.025 * 9.81
 """Of a module, in N: 25.0 g in the published table, whose parts add up to 25.015 g."""
@@ -163,7 +171,7 @@ def test_impossible_physics_is_refused(changes):
 
 
 def test_time_steps_per_control_period():
-    assert Physics().steps_per_control == 4
+    assert Physics().steps_per_control == 8
     assert Physics(timestep=0.005, control_period=0.1).steps_per_control == 20
     assert dataclasses.replace(Physics(), timestep=0.02).steps_per_control == 1
 
@@ -200,3 +208,13 @@ def test_only_the_actuated_faces_approach_each_other():
     change = np.subtract(*distances)
     assert change[0] > 1.0
     assert np.abs(change[1:]).max() < 0.5 * change[0]
+
+
+def test_the_fingerprint_tells_bodies_apart(monkeypatch):
+    before = body_fingerprint()
+    assert body_fingerprint() == before
+    body_fingerprint.cache_clear()
+    monkeypatch.setattr(t, "CABLE_DAMPING", 0.71)
+    changed = body_fingerprint()
+    body_fingerprint.cache_clear()
+    assert changed != before
