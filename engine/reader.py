@@ -164,6 +164,21 @@ class RunReader:
         known = self.evaluations(set(placed.values()))
         return {cell: known[n] for cell, n in placed.items()}
 
+    def members(self, archive: str) -> dict[Cell, list[int]]:
+        """Return everybody whom each filled cell holds after the last generation.
+
+        That is its elite, or in a deep grid all individuals in their places, the elite among them.
+        """
+        last = self.last_generation()
+        if last is None:
+            return {}
+        state = self.algorithm_state()
+        with self.guard():
+            deep = (state or {}).get("members", {}).get(archive)
+            if deep is not None:
+                return {parse_cell(cell): [int(n) for n in held] for cell, held in deep.items()}
+        return {cell: [n] for cell, n in self.placements(archive, last).items()}
+
     def summaries(self, numbers: set[int]) -> dict[int, Summary]:
         """Return what a map shows of some evaluations, by number; failed ones are left out."""
         rows = self._chunked(
