@@ -271,6 +271,7 @@ class RunReader:
             e.distances.shape != (task.n_targets, trials.repeats)
             or e.trajectory.shape[1] != math.floor(trials.trial_time + 1e-9)
             or e.solution.controller.n_inputs != task.n_inputs
+            or e.solution.morphology.stiffness_mode != self.config.stiffness
         ):
             raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
         return e
