@@ -7,7 +7,7 @@ of the head, projected on its first two principal components. Half of the parent
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from engine.algorithms.base import Axis, Recall
 from engine.algorithms.map_search import PAPER_REFITS, MapSearch
@@ -19,7 +19,7 @@ from engine.evaluation import Evaluation, Solution
 from engine.morphology import StiffnessMode
 from engine.records import cell_name, parse_cell
 
-MAX_CELL_CAPACITY = 1000
+MAX_CELL_CAPACITY: Final = 1000
 
 
 def check_cell_capacity(capacity: int) -> None:
