@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 import random
 from xml.etree import ElementTree
@@ -7,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.controller import Neat
+from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.tasks import bearing_name
 from viz import network_diagram, robot_card
@@ -60,3 +62,16 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     assert sum("freq." in (t or "") for t in texts) == n_modules
     direct = [c for c in controller.connections if c.enabled and c.target in outputs]
     assert len(list(svg.iter("line"))) >= len(direct)
+
+
+def test_card_lists_unlike_stiffnesses(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(0)
+    own = dataclasses.replace(
+        evaluation, solution=dataclasses.replace(evaluation.solution, morphology=Morphology((3, 10), (1, 2)))
+    )
+    assert "0.3 1.0 (first to last)" in robot_card.render(small_reader.config, own, "", 3)
+    shared = Morphology(3, (1, 2))
+    same = dataclasses.replace(
+        evaluation, solution=dataclasses.replace(evaluation.solution, morphology=shared)
+    )
+    assert "0.3 · 34.6 N/m" in robot_card.render(small_reader.config, same, "", 3)
