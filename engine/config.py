@@ -8,6 +8,7 @@ import typing
 from typing import Any, Final, Literal
 
 from engine.algorithms.dm_me import PAPER_REFITS, check_schedule
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.robot import Physics
@@ -15,7 +16,7 @@ from engine.tasks import get_task
 from engine.timestep import check_timestep
 
 TaskName = Literal["goal-reaching"]
-AlgorithmName = Literal["dm-me"]
+AlgorithmName = Literal["dm-me", "vie-neat"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +41,8 @@ class RunConfig:
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
     """What of the head's 1 Hz trajectory describes a controller."""
+    vie_neat: VieNeatConfig = VieNeatConfig()
+    """Sizes and rates of ViE-NEAT's two populations."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()
@@ -49,7 +52,10 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         get_task(self.task)
-        check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        if self.algorithm == "vie-neat":
+            self.vie_neat.check_budget(self.evaluations)
+        else:
+            check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
         check_timestep(self.physics)
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
@@ -62,12 +68,18 @@ class RunConfig:
 
 PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(),
-    "quick": RunConfig(evaluations=600, initial=240, trials=TrialConfig(repeats=1)),
+    "quick": RunConfig(
+        evaluations=600,
+        initial=240,
+        vie_neat=VieNeatConfig(morphologies=24, mutants=24, controllers=28, elitism=2),
+        trials=TrialConfig(repeats=1),
+    ),
     "smoke": RunConfig(
         evaluations=40,
         initial=16,
         batch_size=6,
         refit_generations=(0, 2),
+        vie_neat=VieNeatConfig(morphologies=8, mutants=8, controllers=10, elitism=1),
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
 }

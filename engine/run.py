@@ -13,6 +13,7 @@ from typing import Any
 
 from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
 from engine.dump import DumpFolder
@@ -56,6 +57,13 @@ Observer = Callable[[Progress], None]
 
 def create_algorithm(config: RunConfig) -> Algorithm:
     """Return a fresh algorithm for a configuration."""
+    if config.algorithm == "vie-neat":
+        return VieNeat(
+            n_inputs=get_task(config.task).n_inputs,
+            config=config.vie_neat,
+            seed=config.seed,
+            budget=config.evaluations,
+        )
     return DoubleMapMapElites(
         n_inputs=get_task(config.task).n_inputs,
         n_initial=config.initial,
