@@ -10,7 +10,8 @@ generation here is one pass of its ``Population.run``. What this module adds:
   it reads it: the species' own fitness and adjusted fitness, the innovations of the last generation.
 - NEAT-Python 2 forces the population to its nominal size and gives up when the species' smallest
   sizes do not fit in. In the version that the paper used the size floats a little around the nominal one, as
-  the species' shares are rounded ("the population is not fixed in size"), and so it does here.
+  the species' shares are rounded ("the population is not fixed in size"), and so it does here. Only a
+  population that outgrows it ``MAX_GROWTH`` times, by splitting into too many species, is given up.
 - A controller keeps its fitness when it survives as an elite: only new ones are ``waiting`` to be tried. In
   the published numbers, two species with three elites each leave 48 new ones of 54, one for each mutant.
 - A controller of which every simulation failed has no fitness. For the reproduction the worst fitness of
@@ -33,6 +34,7 @@ from neat.innovation import InnovationTracker
 from neat.species import Species
 
 from engine.controller import N_OUTPUTS, Controller, Neat, from_genome, lend_random, to_genome
+from engine.errors import InvalidData
 
 MAX_STAGNATION: Final = 15
 """Generations without improvement after which a species may die out; the library's default."""
@@ -40,6 +42,8 @@ SURVIVAL_THRESHOLD: Final = 0.2
 """Part of a species that may have offspring; the library's default."""
 MIN_SPECIES_SIZE: Final = 2
 """Of the published configuration. Where elitism is larger, that is the smallest size."""
+MAX_GROWTH: Final = 4
+"""A population larger than this many times its nominal size is a mistake in the parameters."""
 
 
 class _Counter:
@@ -164,6 +168,9 @@ class NeatPopulation:
         Args:
             fitnesses: by key, in m, to be minimised; of new controllers, or anew of known ones.
             rng: draws the offspring.
+
+        Raises:
+            InvalidData: the population has split into so many species that it outgrew its size.
         """
         if not fitnesses:
             return
@@ -182,6 +189,12 @@ class NeatPopulation:
             self._population.run(tell, 1)
         # the library only adds to this family tree
         self._population.reproduction.ancestors.clear()
+        n, n_species = len(self._population.population), len(self._population.species.species)
+        if n > MAX_GROWTH * self._config.pop_size:
+            raise InvalidData(
+                f"NEAT's {self._config.pop_size} controllers have become {n} in {n_species} species; choose a"
+                " larger compatibility_threshold or a smaller elitism"
+            )
         for key in unknown:
             if key in self._population.population:
                 self._population.population[key].fitness = None
