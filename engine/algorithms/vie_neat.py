@@ -72,9 +72,11 @@ class VieNeatConfig:
         ):
             if not least <= getattr(self, name) <= MAX_SIZE:
                 raise InvalidData(f"{name} must be from {least} to {MAX_SIZE}, not {getattr(self, name)}")
-        if self.elitism >= self.controllers:
+        if self.elitism * max(self.species_elitism, 1) >= self.controllers:
+            # these would survive for ever, and nobody new would come
             raise InvalidData(
-                f"elitism ({self.elitism}) must be smaller than controllers ({self.controllers})"
+                f"elitism x species_elitism ({self.elitism} x {self.species_elitism}) must be smaller than"
+                f" controllers ({self.controllers})"
             )
         if not 0.0 < self.boundary_rate <= 1.0:
             raise InvalidData(f"boundary_rate must be in (0, 1], not {self.boundary_rate}")

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 import random
 from xml.etree import ElementTree
@@ -38,6 +39,19 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     assert f"{100 * (0.45 - evaluation.fitness):.1f} cm" in card
     assert card.count("cm</span></div>") == 4  # one line per target
     assert "nobody (random)" in card
+
+
+@pytest.mark.parametrize(
+    ("operator", "said"),
+    [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],
+)
+def test_card_says_whom_a_robot_descends_from(small_reader: RunReader, operator: str, said: str) -> None:
+    evaluation = small_reader.evaluation(0)
+    solution = dataclasses.replace(evaluation.solution, parent=7, operator=operator)
+    card = robot_card.render(
+        small_reader.config, dataclasses.replace(evaluation, solution=solution), "there", 3
+    )
+    assert said in card
 
 
 @pytest.mark.parametrize(
