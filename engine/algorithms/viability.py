@@ -140,7 +140,8 @@ class ViabilityPopulation:
                 self._members.sort(key=lambda m: (m.fitness, -m.number))
                 self._members = sorted(self._members[: self._size], key=lambda m: m.number)
                 return
-            self._boundary += self._boundary_rate * (best - self._boundary)
+            # rounding must not carry it past the best, who would leave
+            self._boundary = max(best, self._boundary + self._boundary_rate * (best - self._boundary))
             self._remove_unviable()
 
     def state(self) -> dict[str, Any]:

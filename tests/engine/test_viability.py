@@ -96,6 +96,11 @@ def test_the_whole_distance_leaves_only_the_best():
     p.tell([member(2, 0.25), member(3, 0.25)])
     assert p.boundary == 0.25
     assert numbers(p) == [2, 3]
+    # a difference that rounds must not carry the boundary past the best
+    p = population([0.0, 0.25], size=2, boundary_rate=1.0)
+    p.tell([member(2, -0.054319562424930454), member(3, 0.0)])
+    assert p.boundary == -0.054319562424930454
+    assert numbers(p) == [2]
 
 
 def test_ties_at_the_boundary_are_cut_back_to_the_initial_size_youngest_first():
