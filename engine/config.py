@@ -7,16 +7,18 @@ import sys
 import typing
 from typing import Any, Final, Literal
 
-from engine.algorithms.dm_me import PAPER_REFITS, check_schedule
+from engine.algorithms.dm_me import check_cell_capacity
+from engine.algorithms.map_search import PAPER_REFITS, check_schedule
 from engine.algorithms.vie_neat import VieNeatConfig
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
+from engine.morphology import StiffnessMode
 from engine.robot import Physics
 from engine.tasks import get_task
 from engine.timestep import check_timestep
 
 TaskName = Literal["goal-reaching"]
-AlgorithmName = Literal["dm-me", "vie-neat"]
+AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,11 +38,15 @@ class RunConfig:
     initial: int = 1080
     """Random solutions in generation 0."""
     batch_size: int = 24
-    """Solutions per later generation; half of the parents come from each archive."""
+    """Solutions per later generation; half of the parents come from each archive of DM-ME."""
     refit_generations: tuple[int, ...] = PAPER_REFITS
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
     """What of the head's 1 Hz trajectory describes a controller."""
+    cell_capacity: int = 1
+    """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
+    stiffness: StiffnessMode = "shared"
+    """One stiffness for all modules of a robot, as published, or one for each."""
     vie_neat: VieNeatConfig = VieNeatConfig()
     """Sizes and rates of ViE-NEAT's two populations."""
     seed: int = 0
@@ -56,6 +62,9 @@ class RunConfig:
             self.vie_neat.check_budget(self.evaluations)
         else:
             check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        check_cell_capacity(self.cell_capacity)
+        if self.cell_capacity > 1 and self.algorithm != "dm-me":
+            raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
         check_timestep(self.physics)
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
@@ -83,7 +92,9 @@ PRESETS: Final[dict[str, RunConfig]] = {
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
 }
-"""``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
+"""Of every algorithm; options such as ``cell_capacity`` are added to them.
+
+``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
 evaluations, about an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
 
 

@@ -140,7 +140,8 @@ def build_spec(
     length of its cable in metres.
     """
     spec = mujoco.MjSpec()
-    spec.modelname = f"tsmr_{morphology.n_modules}x{morphology.stiffness_level}"
+    levels = sorted(set(morphology.stiffness_levels))
+    spec.modelname = f"tsmr_{morphology.n_modules}x{'_'.join(map(str, levels))}"
     _set_options(spec, physics, gravity)
     contact = spec.default.geom
     contact.friction = [physics.friction, 0.005, 0.0001]
@@ -156,7 +157,7 @@ def build_spec(
             rgba=[0.55, 0.58, 0.62, 0.6],
         )
     for i, (turn, centre) in enumerate(module_placements(morphology)):
-        _add_module(spec, i, turn, centre, morphology.stiffness, physics)
+        _add_module(spec, i, turn, centre, morphology.stiffnesses[i], physics)
     for i in range(morphology.n_modules - 1):
         _add_joint(spec, i, morphology)
     return spec

@@ -13,6 +13,7 @@ from typing import Any
 
 from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.algorithms.map_elites import MapElites
 from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
@@ -57,22 +58,25 @@ Observer = Callable[[Progress], None]
 
 def create_algorithm(config: RunConfig) -> Algorithm:
     """Return a fresh algorithm for a configuration."""
-    if config.algorithm == "vie-neat":
-        return VieNeat(
-            n_inputs=get_task(config.task).n_inputs,
-            config=config.vie_neat,
-            seed=config.seed,
-            budget=config.evaluations,
-        )
-    return DoubleMapMapElites(
-        n_inputs=get_task(config.task).n_inputs,
-        n_initial=config.initial,
-        batch_size=config.batch_size,
-        refit_generations=config.refit_generations,
-        sensory=config.sensory,
-        seed=config.seed,
-        budget=config.evaluations,
-    )
+    common: dict[str, Any] = {
+        "n_inputs": get_task(config.task).n_inputs,
+        "stiffness": config.stiffness,
+        "seed": config.seed,
+        "budget": config.evaluations,
+    }
+    maps: dict[str, Any] = {
+        "n_initial": config.initial,
+        "batch_size": config.batch_size,
+        "refit_generations": config.refit_generations,
+        "sensory": config.sensory,
+    }
+    match config.algorithm:
+        case "dm-me":
+            return DoubleMapMapElites(**common, **maps, cell_capacity=config.cell_capacity)
+        case "map-elites":
+            return MapElites(**common, **maps)
+        case "vie-neat":
+            return VieNeat(**common, config=config.vie_neat)
 
 
 def failures_folder(path: Path) -> Path:
@@ -168,7 +172,7 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
         return algorithm, 0.0
     contents = {name: reader.contents(name, last) for name in algorithm.archives}
     with reader.guard():
-        algorithm.restore(state, contents)
+        algorithm.restore(state, contents, reader.evaluations)
     return algorithm, reader.generations(last - 1)[-1].seconds
 
 

@@ -25,15 +25,17 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from engine.algorithms.base import Algorithm, Axis
+from engine.algorithms.base import Algorithm, Axis, Recall
+from engine.algorithms.maps import morphology_archive, morphology_axes
 from engine.algorithms.neat_population import NeatPopulation
 from engine.algorithms.pairing import pair_randomly, paired_fitness
+from engine.algorithms.variation import restore_rng, rng_state
 from engine.algorithms.viability import Candidate, Member, ViabilityPopulation
 from engine.archive import Cell, GridArchive
-from engine.descriptors import MORPHOLOGY_SHAPE, morphology_cell
+from engine.descriptors import morphology_cell
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, Solution
-from engine.tensegrity import MAX_MODULES, MIN_MODULES
+from engine.morphology import StiffnessMode, random_morphology
 
 MAX_SIZE = 10_000
 """Populations larger than this are refused."""
@@ -113,6 +115,7 @@ class VieNeat(Algorithm):
     Args:
         n_inputs: what the controllers sense.
         config: sizes and rates of the two populations.
+        stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
 
@@ -125,6 +128,7 @@ class VieNeat(Algorithm):
         *,
         n_inputs: int,
         config: VieNeatConfig | None = None,
+        stiffness: StiffnessMode = "shared",
         seed: int = 0,
         budget: int = 45_000,
     ) -> None:
@@ -132,8 +136,12 @@ class VieNeat(Algorithm):
         config.check_budget(budget)
         self._budget = budget
         self._rng = random.Random(seed)
+        self._stiffness: StiffnessMode = stiffness
         self._bodies = ViabilityPopulation(
-            size=config.morphologies, n_mutants=config.mutants, boundary_rate=config.boundary_rate
+            size=config.morphologies,
+            n_mutants=config.mutants,
+            boundary_rate=config.boundary_rate,
+            draw=lambda rng: random_morphology(rng, stiffness),
         )
         self._controllers = NeatPopulation(
             n_inputs=n_inputs,
@@ -143,7 +151,7 @@ class VieNeat(Algorithm):
             compatibility_threshold=config.compatibility_threshold,
             rng=self._rng,
         )
-        self._archive = GridArchive(shape=MORPHOLOGY_SHAPE)
+        self._archive = morphology_archive(stiffness)
         self._generation = 0
         self._n_asked = 0
         self._candidates: list[Candidate] = []
@@ -171,11 +179,9 @@ class VieNeat(Algorithm):
 
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of the archive."""
-        modules, levels = self.archives[archive].shape
-        return (
-            Axis("modules", MIN_MODULES - 0.5, MAX_MODULES + 0.5, modules),
-            Axis("stiffness", 0.05, 0.05 + levels / 10, levels),
-        )
+        if archive not in self.archives:
+            raise KeyError(archive)
+        return morphology_axes(self._stiffness)
 
     def ask(self) -> list[Solution]:
         """Return random pairs of the bodies and controllers that are to be tried."""
@@ -223,21 +229,24 @@ class VieNeat(Algorithm):
 
     def state(self) -> dict[str, Any]:
         """Return the generation, the random state and both populations."""
-        version, internal, gauss = self._rng.getstate()
         return {
             "generation": self._generation,
             "n_asked": self._n_asked,
-            "rng": [version, list(internal), gauss],
+            "rng": rng_state(self._rng),
             "bodies": self._bodies.state(),
             "controllers": self._controllers.state(),
         }
 
-    def restore(self, state: dict[str, Any], contents: Mapping[str, Mapping[Cell, Evaluation]]) -> None:
+    def restore(
+        self,
+        state: dict[str, Any],
+        contents: Mapping[str, Mapping[Cell, Evaluation]],
+        recall: Recall,  # noqa: ARG002 - the populations are all in the state
+    ) -> None:
         """Go back to the end of a generation."""
         self._generation = state["generation"]
         self._n_asked = state["n_asked"]
-        version, internal, gauss = state["rng"]
-        self._rng.setstate((version, tuple(internal), gauss))
+        restore_rng(self._rng, state["rng"])
         self._bodies.restore(state["bodies"])
         self._controllers.restore(state["controllers"])
         self._archive.reinsert(contents["morphology"].items())

@@ -48,6 +48,20 @@ def test_passive_cables_have_the_stiffness_of_the_genotype():
         np.testing.assert_allclose(model.tendon_lengthspring[passive], [[0.0, 0.02067]] * len(passive))
 
 
+def test_each_module_may_have_a_stiffness_of_its_own():
+    levels = (3, 10, 1)
+    unlike = build_robot(Morphology(levels, (1, 2, 3)), Physics()).model
+    for i, level in enumerate(levels):
+        passive = [k for k in range(unlike.ntendon) if unlike.tendon(k).name.startswith(f"m{i}_cable_")]
+        assert len(passive) == 24
+        np.testing.assert_allclose(unlike.tendon_stiffness[passive], 115.2 * level / 10)
+
+
+def test_modules_that_happen_to_be_equally_stiff_make_the_same_robot():
+    shared, own = (build_spec(Morphology(m, (1, 2, 3)), physics=Physics()) for m in (4, (4, 4, 4)))
+    assert own.to_xml() == shared.to_xml()
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.5, 10.0])
 @pytest.mark.parametrize("n", [2, 5, 10])
 def test_weight_does_not_depend_on_the_inertia_scale(n, scale):
