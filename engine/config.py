@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 
 from engine.algorithms.dm_me import check_cell_capacity
 from engine.algorithms.map_search import PAPER_REFITS, check_schedule
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.morphology import StiffnessMode
@@ -17,7 +18,7 @@ from engine.tasks import get_task
 from engine.timestep import check_timestep
 
 TaskName = Literal["goal-reaching"]
-AlgorithmName = Literal["dm-me", "map-elites"]
+AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +47,8 @@ class RunConfig:
     """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
     stiffness: StiffnessMode = "shared"
     """One stiffness for all modules of a robot, as published, or one for each."""
+    vie_neat: VieNeatConfig = VieNeatConfig()
+    """Sizes and rates of ViE-NEAT's two populations."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()
@@ -55,7 +58,10 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         get_task(self.task)
-        check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        if self.algorithm == "vie-neat":
+            self.vie_neat.check_budget(self.evaluations)
+        else:
+            check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
         check_cell_capacity(self.cell_capacity)
         if self.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
@@ -71,12 +77,18 @@ class RunConfig:
 
 PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(),
-    "quick": RunConfig(evaluations=600, initial=240, trials=TrialConfig(repeats=1)),
+    "quick": RunConfig(
+        evaluations=600,
+        initial=240,
+        vie_neat=VieNeatConfig(morphologies=24, mutants=24, controllers=28, elitism=2),
+        trials=TrialConfig(repeats=1),
+    ),
     "smoke": RunConfig(
         evaluations=40,
         initial=16,
         batch_size=6,
         refit_generations=(0, 2),
+        vie_neat=VieNeatConfig(morphologies=8, mutants=8, controllers=10, elitism=1),
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
 }

@@ -14,6 +14,7 @@ from typing import Any
 from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.algorithms.map_elites import MapElites
+from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
 from engine.dump import DumpFolder
@@ -74,6 +75,8 @@ def create_algorithm(config: RunConfig) -> Algorithm:
             return DoubleMapMapElites(**common, **maps, cell_capacity=config.cell_capacity)
         case "map-elites":
             return MapElites(**common, **maps)
+        case "vie-neat":
+            return VieNeat(**common, config=config.vie_neat)
 
 
 def failures_folder(path: Path) -> Path:

@@ -102,6 +102,8 @@ def _origin(evaluation: Evaluation) -> str:
     s = evaluation.solution
     if s.parent is None:
         return "nobody (random)"
+    if s.operator == "paired":
+        return f"{s.parent}, body mutated; the controller is NEAT's"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 

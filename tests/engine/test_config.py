@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
@@ -25,6 +26,16 @@ configs = st.builds(
     sensory=st.sampled_from(["positions", "displacements"]),
     cell_capacity=st.integers(1, 1000),
     stiffness=st.sampled_from(["shared", "per-module"]),
+    vie_neat=st.builds(
+        VieNeatConfig,
+        morphologies=st.integers(2, 100),
+        mutants=st.integers(1, 100),
+        boundary_rate=st.floats(0.01, 1.0),
+        controllers=st.integers(31, 100),
+        elitism=st.integers(0, 10),
+        species_elitism=st.integers(0, 3),
+        compatibility_threshold=positive,
+    ),
     seed=st.integers(0, 2**32 - 1),
     trials=st.builds(
         TrialConfig,

@@ -17,6 +17,7 @@ SEARCHES = {
     "DM-ME, per module": {"evaluations": 1500, "stiffness": "per-module"},
     "deep grid": {"evaluations": MOST, "cell_capacity": 10},
     "MAP-Elites": {"evaluations": MOST, "algorithm": "map-elites"},
+    "ViE-NEAT": {"evaluations": 1000, "algorithm": "vie-neat"},
 }
 """MAP-Elites searches twice as many cells, and a deep grid keeps the worse."""
 

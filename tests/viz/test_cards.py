@@ -43,6 +43,19 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
 
 
 @pytest.mark.parametrize(
+    ("operator", "said"),
+    [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],
+)
+def test_card_says_whom_a_robot_descends_from(small_reader: RunReader, operator: str, said: str) -> None:
+    evaluation = small_reader.evaluation(0)
+    solution = dataclasses.replace(evaluation.solution, parent=7, operator=operator)
+    card = robot_card.render(
+        small_reader.config, dataclasses.replace(evaluation, solution=solution), "there", 3
+    )
+    assert said in card
+
+
+@pytest.mark.parametrize(
     ("bearing", "name"),
     [(math.pi / 2, "90° left"), (-math.pi / 4, "45° right"), (0.0, "straight ahead")],
 )
