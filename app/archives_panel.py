@@ -12,7 +12,7 @@ import viser
 
 from app.clicks import ClickChannel
 from app.run_picker import RunPicker
-from app.widgets import put, put_html
+from app.widgets import put, put_html, side_by_side
 from engine.archive import Cell
 from engine.reader import Generation, RunReader
 from viz import trend
@@ -70,7 +70,7 @@ class ArchivesPanel:
                 hint="Look at the maps as they were; the last generation follows a live run",
             )
             self._trend = gui.add_html("")
-            gui.add_html(INSTALL)
+            gui.add_html(INSTALL + side_by_side(self._layout, self._coloring))
         panel.dock_left()
         panel.set_width(WIDTH)
 
@@ -174,7 +174,7 @@ class ArchivesPanel:
     def _draw(self, picture: Picture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""
         return (
-            '<div class="ta-picture" style="padding:0 10px"><div style="display:flex;gap:8px;'
+            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
             'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
             f"{html.escape(picture.title)}</b>"
             f'<span style="font-size:11.5px;opacity:.75">{html.escape(picture.figures)}</span>{enlarge}</div>'
@@ -182,5 +182,6 @@ class ArchivesPanel:
         )
 
     def _clear(self) -> None:
+        self._layout.visible = False
         for handle in (*self._maps, self._rings, self._trend):
             put_html(handle, "")

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import viser
 
+from app.widgets import selector
+
 _CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
 _SCRIPT = (
@@ -33,7 +35,7 @@ class ClickChannel:
         channel = gui.add_text(label, "")
         uuid = channel._impl.uuid
         # visible=False would take it out of the page
-        gui.add_html(f'<style>div:has(> div > div > * > label[for="{uuid}"]){{display:none}}</style>')
+        gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
         self.handler = _SCRIPT.replace("UUID", uuid)
         """JavaScript for ``onpointerdown`` of a picture or ``onclick`` of a button, escaped."""
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 from app.archives_panel import ArchivesPanel
 from engine.archive import Cell
 from engine.reader import Generation, RunReader
 from viz import axes as axis_text
-from viz.coloring import colorings
+from viz.coloring import Coloring, colorings
 from viz.heatmap import Ring
 from viz.maps import Content, load_contents
 from viz.pictures import Picture, pictures
@@ -52,6 +53,7 @@ class MapBoard:
         self._contents: dict[str, Content] = {}
         self._pictures: list[Picture] = []
         self._chosen: tuple[str, int] | None = None
+        self._colors: tuple[tuple[str, int], Coloring] | None = None
 
     @property
     def generation(self) -> int | None:
@@ -110,11 +112,20 @@ class MapBoard:
         self._pictures = pictures(
             self._contents,
             ways.get(layout, ()),
-            colors[color](self._reader, self._generation.number),
+            self._made(color, colors[color]),
             chosen=None if self._chosen is None else self._chosen[1],
             before=before or [],
         )
         self._panel.show_maps(self._pictures, [self._ring(p) for p in self._pictures])
+
+    def _made(self, name: str, make: Callable[[RunReader, int], Coloring]) -> Coloring:
+        """Return a colouring of the shown generation: what it takes may be long to read."""
+        assert self._reader is not None
+        assert self._generation is not None
+        key = (name, self._generation.number)
+        if self._colors is None or self._colors[0] != key:
+            self._colors = (key, make(self._reader, self._generation.number))
+        return self._colors[1]
 
     def _ring(self, picture: Picture) -> Ring | None:
         if self._chosen is None:

@@ -187,9 +187,9 @@ class Session:
         files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
-    def start_run(self, name: str, preset: str, evaluations: int, seed: int, workers: int) -> None:
+    def start_run(self, new: evolution.NewRun) -> None:
         """Start an evolution and show it."""
-        path = evolution.start(name, preset=preset, evaluations=evaluations, seed=seed, workers=workers)
+        path = evolution.start(new)
         with self._mutex:
             self.open_run(path)
         self._notify("Started", f"{path.name} evolves in a process of its own.")

@@ -8,15 +8,26 @@ from typing import Final
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.morphology import Morphology
+from engine.tensegrity import N_STIFFNESS_LEVELS
 
 TITLES: Final = {
     "stiffness": "relative stiffness",
     "softest": "softest module",
     "stiffest": "stiffest module",
 }
+
+
+def _levels(body: Morphology) -> tuple[int, ...]:
+    """Return the stiffness level of every module, or the one that they share."""
+    level: int | tuple[int, ...] = body.stiffness_level
+    return level if isinstance(level, tuple) else (level,)
+
+
 BODY: Final[Mapping[str, Callable[[Morphology], float]]] = {
     "modules": lambda m: m.n_modules,
     "stiffness": lambda m: m.stiffness,
+    "softest": lambda m: min(_levels(m)) / N_STIFFNESS_LEVELS,
+    "stiffest": lambda m: max(_levels(m)) / N_STIFFNESS_LEVELS,
 }
 """How the body decides where it lies along an axis; the other axes need a trajectory."""
 

@@ -39,7 +39,7 @@ class Coloring:
 FITNESS: Final = Coloring(lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale)
 AGE: Final = Coloring(
     lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
-    lambda values: Scale("gen.", 0.0, max([1.0, *values])),
+    lambda values: Scale("gen.", 0.0, max([1.0, *values]), whole=True),
 )
 
 

@@ -22,7 +22,7 @@ from viz import axes as axis_text
 from viz.heatmap import LEFT, TOP, WIDTH, Ring, Tile, text, upright_text
 from viz.scale import Scale, bar
 
-RIGHT = 4
+RIGHT = 2
 GAP = 3
 """Between the maps of a grid."""
 FACET_COLUMNS = 3
@@ -83,7 +83,7 @@ class Geometry:
         columns = min(FACET_COLUMNS, shape[0]) if faceted else shape[0]
         rows = -(-shape[0] // columns) if faceted else shape[1]
         gap = FACET_GAP if faceted else GAP
-        width = max(((WIDTH - LEFT - RIGHT) // columns - gap) // nx, 1)
+        width = max(round(((WIDTH - LEFT - RIGHT) / columns - gap) / nx), 1)
         height = max(round(0.8 * width), 1)
         title = FACET_TITLE if faceted else 0
         return cls(
@@ -94,6 +94,11 @@ class Geometry:
     def inner(self) -> tuple[int, int]:
         """Width and height of an inner map."""
         return self.shape[-2] * self.cell[0], self.shape[-1] * self.cell[1]
+
+    @property
+    def bottom(self) -> int:
+        """Lower end of the last inner map."""
+        return self.top + (self.rows - 1) * self.step[1] + self.inner[1]
 
     def outer_corner(self, outer: Cell) -> tuple[int, int]:
         """Return the upper left corner of the inner map of an (n - 2) outer cell."""
@@ -124,8 +129,8 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
             ``name:i,j,k,l`` while a filled cell is near the pointer.
     """
     g = Geometry.of(tuple(a.n for a in nested.axes))
-    width, height = WIDTH, g.top + g.rows * g.step[1] + AXIS_HEIGHT + LEGEND_HEIGHT
-    width = max(width, LEFT + g.columns * g.step[0] + RIGHT)
+    width, height = WIDTH, g.bottom + AXIS_HEIGHT + LEGEND_HEIGHT
+    width = max(width, LEFT + g.columns * g.step[0] + RIGHT)  # rounded to whole units, it may be wider
     cells, hints = _table(nested, g)
     near = f'width="{g.cell[0]}" height="{g.cell[1]}"'
     return "".join(
@@ -135,7 +140,7 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
             f' data-cells="{cells}" data-hints="{html.escape(json.dumps(hints))}"'
             ' style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
             f' onpointerdown="{on_pointer_down}">',
-            "<style>.ta-nested[data-c]{cursor:pointer}.ta-nested .o{fill:currentColor;fill-opacity:.05}"
+            "<style>.ta-nested[data-c]{cursor:pointer}.ta-nested .o{fill:currentColor;fill-opacity:.07}"
             ".ta-nested .e{fill:none;stroke:currentColor;stroke-opacity:.28;stroke-width:.8;"
             "stroke-dasharray:2 2}.ta-nested .ta-ring,.ta-nested .ta-outer{visibility:hidden;fill:none;"
             "pointer-events:none}@keyframes ta-flash{from{fill:#fff}}"
@@ -213,13 +218,19 @@ def _paths(nested: NestedMap, g: Geometry) -> str:
 
 def _labels(nested: NestedMap, g: Geometry) -> str:
     x_axis, y_axis = nested.axes[-2:] if len(g.shape) == 3 else nested.axes[:2]
-    bottom = g.top + g.rows * g.step[1]
+    bottom = g.bottom
     width = g.columns * g.step[0]
     parts = [
         text(LEFT + width / 2, bottom + 26, html.escape(axis_text.title(x_axis)), anchor="middle"),
         upright_text(11, (g.top + bottom) / 2, html.escape(axis_text.title(y_axis))),
     ]
     if len(g.shape) == 4:
+        inside = " · ".join(
+            f"{axis_text.title(a)} {arrow}" for a, arrow in zip(nested.axes[2:], "→↑", strict=True)
+        )
+        parts.append(
+            text(LEFT + width - GAP, bottom + 25, f"in each: {html.escape(inside)}", anchor="end", small=True)
+        )
         starts, step = [g.outer_corner((i, 0))[0] for i in range(g.columns)], g.inner
         tops = [g.outer_corner((0, j))[1] for j in range(g.rows)]
         parts += [
@@ -250,7 +261,7 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
 
 def _legend(nested: NestedMap, g: Geometry) -> str:
     width = g.columns * g.step[0] - GAP
-    y = g.top + g.rows * g.step[1] + AXIS_HEIGHT
+    y = g.bottom + AXIS_HEIGHT
     parts = [bar(nested.scale, LEFT, y, width, BAR_HEIGHT)]
     for part, label in nested.scale.ticks().items():
         anchor = {0.0: "start", 1.0: "end"}.get(part, "middle")

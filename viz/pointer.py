@@ -20,7 +20,7 @@ if(!window.taZoom){
 var tip=document.createElement('div');
 tip.id='ta-tip';
 tip.style.cssText='position:fixed;display:none;z-index:9999;pointer-events:none;white-space:pre-line;'
-+'font:12px/1.45 system-ui,sans-serif;padding:6px 9px;border-radius:6px;background:#14171cf2;color:#e6e9ee;'
++'font:12px/1.45 system-ui,sans-serif;padding:6px 9px;border-radius:6px;background:#161718f5;color:#e6e9ee;'
 +'border:1px solid #ffffff2e;box-shadow:0 4px 14px #0008;font-variant-numeric:tabular-nums';
 var table=function(s){
 return s.taCells||(s.taHints=JSON.parse(s.dataset.hints),s.taCells=s.dataset.cells.split(';')
@@ -62,8 +62,9 @@ window.taZoom=function(b){
 var s=b.closest('.ta-picture').querySelector('svg').cloneNode(true),v=s.viewBox.baseVal,
 d=document.createElement('dialog'),x=document.createElement('button');
 delete s.dataset.c;d.className='ta-dialog';
-d.style.cssText='border:1px solid #ffffff2e;border-radius:10px;padding:14px 18px;background:#1a1d23;'
+d.style.cssText='border:1px solid #ffffff2e;border-radius:10px;padding:14px 18px;background:#222324;'
 +'color:#e6e9ee;max-width:none;max-height:none;overflow:hidden';
+s.insertAdjacentHTML('beforeend','<style>.ta-dialog text{font-size:7px}</style>');
 s.style.width='min(92vw,calc('+v.width/v.height+'*(100vh - 70px)))';
 x.textContent='\\u00d7';x.setAttribute('aria-label','Close');x.autofocus=true;
 x.style.cssText='position:absolute;top:4px;right:6px;border:0;background:none;color:inherit;'

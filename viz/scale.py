@@ -14,6 +14,7 @@ from viz import theme
 
 STEPS = 48
 """Colours of a scale; more could not be told apart, and fewer make smaller pictures."""
+_STOPS = 12
 NO_VALUE = "#7d8590"
 """The colour of a filled cell whose value is not known."""
 
@@ -26,6 +27,7 @@ class Scale:
         title: quantity and unit; ``f_s`` is set with its subscript.
         low, high: values at its ends.
         below, above: whether values beyond an end are drawn in its colour.
+        whole: whether only whole numbers mean something.
         colormap: one of ``theme.MAPS``.
     """
 
@@ -34,6 +36,7 @@ class Scale:
     high: float
     below: bool = False
     above: bool = False
+    whole: bool = False
     colormap: str = "viridis"
 
     def step(self, value: float | None) -> int | None:
@@ -53,7 +56,13 @@ class Scale:
 
     def ticks(self) -> dict[float, str]:
         """Return labels by their part, 0 to 1, of the scale."""
-        labels = {p: f"{self.low + p * (self.high - self.low):.3g}" for p in (0.0, 0.25, 0.5, 0.75, 1.0)}
+        values = [self.low + p * (self.high - self.low) for p in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        if self.whole:
+            values = sorted({float(round(v)) for v in values})
+        labels = {
+            (v - self.low) / (self.high - self.low): (f"{v:.0f}" if self.whole else f"{v:.3g}")
+            for v in values
+        }
         if self.below:
             labels[0.0] = f"≤{labels[0.0]}"
         if self.above:
@@ -67,41 +76,45 @@ class Scale:
         return text.replace("f_s", subscript, 1) + "</tspan>" if "f_s" in text else text
 
 
-def fitness_scale(values: Collection[float], title: str = "f_s cm") -> Scale:
-    """Return a scale for values in cm, rounded outwards to whole centimetres.
+def color_limits(values: Collection[float]) -> tuple[float, float]:
+    """Return the ends of a scale for values in cm, rounded outwards to whole centimetres.
 
     It ends at the best value and begins at the 5th percentile: a few robots that run away from their
     targets would otherwise take the colours from all others.
     """
     if not values:
-        return Scale(title, 0.0, 1.0)
-    low = float(math.floor(np.percentile(list(values), 5)))
-    high = float(max(math.ceil(max(values)), low + 1))
-    return Scale(title, low, high, below=min(values) < low)
+        return (0.0, 1.0)
+    low, high = math.floor(np.percentile(list(values), 5)), math.ceil(max(values))
+    return (float(low), float(max(high, low + 1)))
+
+
+def fitness_scale(values: Collection[float], title: str = "f_s cm") -> Scale:
+    """Return a scale for fitnesses in cm."""
+    low, high = color_limits(values)
+    return Scale(title, low, high, below=min(values, default=low) < low)
 
 
 def count_scale(values: Collection[float], title: str) -> Scale:
     """Return a scale from 0 for counts; the largest twentieth of them share its last colour."""
     if not values:
-        return Scale(title, 0.0, 1.0)
+        return Scale(title, 0.0, 1.0, whole=True)
     high = float(max(math.ceil(np.percentile(list(values), 95)), 1))
-    return Scale(title, 0.0, high, above=max(values) > high)
+    return Scale(title, 0.0, high, above=max(values) > high, whole=True)
 
 
 def bar(scale: Scale, x: float, y: float, width: float, height: float) -> str:
     """Return the colours of a bar as SVG: upwards if it is taller than wide, else to the right."""
     upright = height > width
-    length = height if upright else width
-    parts = []
-    for step in range(STEPS):
-        at, fill = length * step / STEPS, scale.step_color(step)
-        size = f"{length / STEPS + 0.4:.2f}"  # a little over, so that no seam shows
-        if upright:
-            place = f'x="{x}" y="{y + length - at - length / STEPS:.2f}" width="{width}" height="{size}"'
-        else:
-            place = f'x="{x + at:.2f}" y="{y}" width="{size}" height="{height}"'
-        parts.append(f'<rect {place} fill="{fill}"/>')
-    return "".join(parts)
+    name = f"ta-{scale.colormap}-{'up' if upright else 'right'}"
+    stops = "".join(
+        f'<stop offset="{k / _STOPS:.4g}" stop-color="{theme.color_at(k / _STOPS, scale.colormap)}"/>'
+        for k in range(_STOPS + 1)
+    )
+    direction = 'x1="0" y1="1" x2="0" y2="0"' if upright else 'x1="0" y1="0" x2="1" y2="0"'
+    return (
+        f'<linearGradient id="{name}" {direction}>{stops}</linearGradient>'
+        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="url(#{name})"/>'
+    )
 
 
 @functools.lru_cache(maxsize=1024)
