@@ -76,15 +76,6 @@ def test_each_kind_of_archive_has_its_ways_to_be_seen() -> None:
     assert names({"line": BODY[:1]}) == {}
 
 
-@given(st.lists(st.text(max_size=30), min_size=1, max_size=4, unique=True))
-def test_names_of_views_suit_clicks_whatever_a_file_calls_its_archives(archives: list[str]) -> None:
-    from app.clicks import _CLICK
-
-    names = [v.name for v in layouts(dict.fromkeys(archives, BODY))[ONLY]]
-    assert len(set(names)) == len(archives)
-    assert all(_CLICK.fullmatch(f"{name}:1,2|3") for name in names)
-
-
 def test_hand_worked_pictures_of_a_grid() -> None:
     bodies, behaviours = pictures({"grid": GRID}, layouts({"grid": GRID.axes})[PROJECTED], FITNESS)
     assert {c: e.number for c, e in bodies.elites.items()} == {(1, 3): 2, (1, 5): 3, (8, 9): 4}
