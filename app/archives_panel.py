@@ -156,6 +156,10 @@ class ArchivesPanel:
     def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
         """Draw the maps of a generation, each with the mark of the chosen robot, if it has one."""
         drawn = [self._draw(p, r) for p, r in zip(pictures, rings, strict=True)]
+        drawn = drawn or [
+            '<div style="padding:24px 10px;opacity:.8">Archives of two to four axes can be drawn;'
+            " this run has none.</div>"
+        ]
         for k, handle in enumerate(self._maps):
             put_html(handle, drawn[k] if k < len(drawn) else "")
         put_html(self._rings, "".join(p.ring_style(r) for p, r in zip(pictures, rings, strict=True)))
