@@ -33,9 +33,9 @@ def point_in(svg: Locator, x: float, y: float) -> tuple[float, float]:
     )
 
 
-def hold(page: Page) -> None:
-    """Pause the replay: drawing it leaves the browser little time for anything else."""
-    page.get_by_role("button", name="Pause").click()
+def wait_for_end(page: Page) -> None:
+    """Wait until the replay has ended: drawing it leaves the browser little time for anything else."""
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
 
 
 def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
@@ -62,7 +62,7 @@ def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
     expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
     distance = 100 * grid_reader.evaluation(placed[source]).distances[0, 0]
     expect(page.locator(".ta-replay")).to_contain_text(f"{distance:.2f} cm at 2 s")
-    expect(page.get_by_role("button", name="Play")).to_be_visible()  # the end is reached
+    wait_for_end(page)
 
     # body by body: what else there is of this body
     choose(page, "View", "body by body")
@@ -82,7 +82,7 @@ def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
     page.mouse.down()
     page.mouse.up()
     expect(card).to_contain_text(f"Robot {placed[other]} · grid cell {','.join(map(str, other))}")
-    hold(page)
+    wait_for_end(page)
     ring = svg.locator(".ta-ring").evaluate("r => [getComputedStyle(r).visibility, r.style.cssText]")
     assert ring == ["visible", ""]
     page.mouse.move(*point_in(svg, 1, 1))  # nobody is near there
@@ -97,7 +97,7 @@ def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
     page.mouse.click(*point_in(large, x + 1, y + 1))
     expect(card).to_contain_text(f"Robot {placed[source]} ·")
     expect(page.locator("dialog")).to_have_count(0)
-    hold(page)
+    wait_for_end(page)
 
     # other colours, the same robots
     choose(page, "Colour", "age")
