@@ -34,10 +34,17 @@ class Elite:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Content:
-    """An archive: its axes and the elites of its filled cells."""
+    """An archive.
+
+    Attributes:
+        axes: of its cells.
+        elites: of its filled cells.
+        coverage: filled cells over all that a robot can lie in; None if those are simply all.
+    """
 
     axes: tuple[Axis, ...]
     elites: Mapping[Cell, Elite]
+    coverage: float | None = None
 
     def cell_of(self, number: int) -> Cell | None:
         """Return the cell that holds an evaluation, None if it is nowhere an elite."""
@@ -64,5 +71,5 @@ def load_contents(reader: RunReader, generation: Generation) -> dict[str, Conten
                 raise RunFileError(f"{reader.path} is damaged: cell {cell} lies outside a map")
             s = known[number]
             elites[cell] = Elite(number, 100 * (distance - s.fitness), s.generation, s.morphology)
-        contents[name] = Content(axes, elites)
+        contents[name] = Content(axes, elites, generation.archives[name].coverage)
     return contents

@@ -199,8 +199,17 @@ def _frames(nested: NestedMap, g: Geometry) -> str:
     filled = {cell[:-2] for cell in nested.tiles}
     paths = {"o": "", "e": ""}
     for outer in g.outer_cells():
-        paths["o" if outer in filled else "e"] += _square(*g.outer_corner(outer), *g.inner)
+        paths["o" if outer in filled else "e"] += _frame(nested, g, outer)
     return "".join(f'<path class="{kind}" d="{d}"/>' for kind, d in paths.items() if d)
+
+
+def _frame(nested: NestedMap, g: Geometry, outer: Cell) -> str:
+    """Return the outline of an inner map's cells, without those that no robot can lie in."""
+    x, y = g.outer_corner(outer)
+    if [a.name for a in nested.axes[-2:]] != ["softest", "stiffest"] or g.shape[-2] != g.shape[-1]:
+        return _square(x, y, *g.inner)
+    width, height = g.cell
+    return f"M{x} {y}h{g.inner[0]}" + f"v{height}h-{width}" * g.shape[-1] + "z"
 
 
 def _paths(nested: NestedMap, g: Geometry) -> str:

@@ -111,7 +111,7 @@ def pictures(
             elites=elites,
             sources=sources,
             title=view.title(content.axes, outer),
-            figures=_figures(view, axes, elites),
+            figures=_figures(view, content, axes, elites),
             tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in elites.items()},
             values=known or FITNESS.values(axes, elites),
             scale=scale if known or not elites else fallback,
@@ -138,8 +138,11 @@ def _hint(elite: Elite, coloring: Coloring, value: float | None) -> str:
     return f"{elite.hint}\n{coloring.hint(value)}"
 
 
-def _figures(view: View, axes: tuple[Axis, ...], elites: Mapping[Cell, Elite]) -> str:
-    cells = f"{len(elites)} cells, {len(elites) / math.prod(a.n for a in axes):.0%}"
+def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mapping[Cell, Elite]) -> str:
+    coverage = len(elites) / math.prod(a.n for a in axes)
+    if view.kind in ("whole", "nested") and content.coverage is not None:
+        coverage = content.coverage
+    cells = f"{len(elites)} cells, {coverage:.0%}"
     if view.kind == "section":
         return cells
     return f"{cells} · QD score {sum(e.f_s for e in elites.values()):.0f} cm"

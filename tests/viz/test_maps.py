@@ -88,6 +88,13 @@ def test_hand_worked_pictures_of_a_grid() -> None:
     assert (bodies.scale.low, bodies.scale.high) == (2.0, 5.0)
 
 
+def test_coverage_is_over_the_cells_that_can_be_filled() -> None:
+    half = Content(PER_MODULE, {(0, 1, 2): elite(1, 1.0)}, coverage=0.5)
+    ways = layouts({"morphology": PER_MODULE})
+    assert pictures({"morphology": half}, ways[NESTED], FITNESS)[0].figures.startswith("1 cells, 50%")
+    assert pictures({"morphology": half}, ways[PROJECTED], FITNESS)[0].figures.startswith("1 cells, 1%")
+
+
 def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> None:
     views = layouts({"grid": GRID.axes})[BY_BODY]
     _, inner = pictures({"grid": GRID}, views, FITNESS)

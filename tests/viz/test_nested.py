@@ -99,6 +99,15 @@ def test_three_axes_say_which_map_is_which() -> None:
     assert {f"{n} modules" for n in range(2, 11)} | {"softest module", "stiffest module"} <= texts
 
 
+def test_no_room_is_drawn_for_a_softest_module_that_is_stiffer_than_the_stiffest() -> None:
+    axes = (PER_MODULE[0], *(Axis(name, 0.05, 0.25, 2) for name in ("softest", "stiffest")))
+    svg = ElementTree.fromstring(render(nested(axes, {}), "go()"))
+    (frames,) = [p.attrib["d"] for p in svg.iter("path")]
+    width, height = Geometry.of((9, 2, 2)).cell
+    step = f"v{height}h-{width}"
+    assert frames.startswith(f"M46 20h{2 * width}{step}{step}zM")
+
+
 def test_four_axes_say_what_lies_within_a_map() -> None:
     svg = ElementTree.fromstring(render(nested(GRID, {}), "go()"))
     texts = {t.text for t in svg.iter("text")}
