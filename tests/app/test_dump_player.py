@@ -95,7 +95,8 @@ def test_a_failure_that_does_not_happen_here_is_said_to(player: Player, dump: Du
 
 def test_the_card_says_what_is_known_and_runs_no_script(dump: Dump) -> None:
     card = robot_card.render_failure(dump)
-    for part in (dump.failed.failure.reason, f"Robot {dump.failed.solution.number}", "settling", "mujoco"):
+    stage = {"settling": "settling", "head-search": "finding its head", "trial": "target"}[dump.failed.stage]
+    for part in (dump.failed.failure.reason, f"Robot {dump.failed.solution.number}", stage, "mujoco"):
         assert part in card
     failure = dataclasses.replace(dump.failed.failure, reason="<script>alert(1)</script>")
     trial = dataclasses.replace(dump.failed, failure=failure, stage="trial", target=0, repeat=1)
