@@ -19,7 +19,7 @@ from benchmarks.rows import Row, show
 from engine.robot import Physics
 
 QUICK_STIFFNESS = (0.1, 0.5, 1.0)
-QUICK_MODULES = 3
+QUICK_MODULES = 5
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
