@@ -24,6 +24,7 @@ from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.export import export_files, write_folder
 from engine.reader import Generation, RunReader
 from engine.records import cell_name, parse_cell
+from engine.tasks import load_task
 from engine.verify import changed_physics, verify
 
 USAGE_ERROR = 2
@@ -50,8 +51,15 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _parse(arguments: list[str]) -> c.Command:
-    """Parse a command line; the defaults of ``evolve`` are those of the preset it names."""
-    config = preset(_named_preset(arguments))
+    """Parse a command line; the defaults of ``evolve`` are those of the preset it names.
+
+    Raises:
+        InvalidData: there is no such preset.
+        TaskError: the task file that it names has an error.
+    """
+    config = preset(_named(arguments, "--preset", "quick"))
+    if arguments[0] == "evolve":
+        arguments = _with_task_loaded(arguments)
     evolve = Annotated[
         c.Evolve,
         tyro.conf.subcommand("evolve", default=c.Evolve(run=tyro.MISSING, preset="quick", config=config)),
@@ -73,10 +81,20 @@ def _parse(arguments: list[str]) -> c.Command:
     )
 
 
-def _named_preset(arguments: list[str]) -> str:
+def _named(arguments: list[str], flag: str, default: str) -> str:
+    """Return the value of a flag, found before anything else is parsed."""
     finder = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    finder.add_argument("--preset", nargs="?", default="quick", const="quick")
-    return finder.parse_known_args(arguments)[0].preset
+    finder.add_argument(flag, dest="value", nargs="?", default=default, const=default)
+    return str(finder.parse_known_args(arguments)[0].value)
+
+
+def _with_task_loaded(arguments: list[str]) -> list[str]:
+    """Load the task file that a command line names, and return the line with the task's name instead."""
+    file = _named(arguments, "--task", "")
+    if not file.endswith(".py"):
+        return arguments
+    name = load_task(Path(file)).name
+    return [{file: name, f"--task={file}": f"--task={name}"}.get(a, a) for a in arguments]
 
 
 def _dispatch(command: c.Command, console: Console) -> None:

@@ -115,7 +115,7 @@ class Session:
         self._path, self._maps, self._selection = path, {}, None
         self._generations, self._shown, self._follow_newest = [], None, True
         task = get_task(reader.config.task)
-        self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
+        self._transport.set_trials(task.target_names, reader.config.trials.repeats)
         self._archives.offer(self._library.runs(), path)
         status = self._library.status(path)
         self._update(reader, status)
