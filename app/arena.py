@@ -1,13 +1,18 @@
-"""The 3D scene of one browser: ground, target, robot, the trail of its head."""
+"""The 3D scene of one browser: ground, target, walls, robot, the trail of its head."""
 
 from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
 
 import numpy as np
 import trimesh
 import viser
+from scipy.spatial.transform import Rotation
 
 from engine.replay import Playable
 from engine.tensegrity import ROD_LENGTH
+from engine.walls import Wall
 from viz import theme
 from viz.robot_geometry import ROD_DRAWN_RADIUS, RobotGeometry
 
@@ -15,6 +20,16 @@ TRAIL_STEP = 5
 """Frames between two points of the trail."""
 TARGET_RADIUS = 0.02
 TARGET_HEIGHT = 0.06
+WALL_OPACITY = 0.22
+BOX_EDGES = np.array(
+    [
+        [corner, corner + 2.0 * axis]
+        for axis in np.eye(3)
+        for corner in np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+        if corner @ axis < 0.0
+    ]
+)
+"""(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 
@@ -68,6 +83,7 @@ class Arena:
         centre = frame.pose[..., :3].mean(axis=(0, 1))
         if not self._has_target and replay.target is not None:
             self._add_target(replay.target)
+            self._add_walls(replay.walls)
             self._frame(centre[:2], replay.target)
         with self._client.atomic():
             self._rods.batched_positions = drawing.rod_positions
@@ -125,6 +141,8 @@ class Arena:
         self._handles = [self._rods, self._nodes, self._cables, self._trail_line]
         self._replay, self._geometry, self._has_target = replay, geometry, False
         self._trail_index = -1
+        if replay.target is None:  # what there is already
+            self._add_walls(replay.walls)
         self._followed = pose[..., :2].mean(axis=(0, 1))
         self.look_at(self._followed, np.ptp(pose[..., :2], axis=(0, 1)).max() + 0.3)
 
@@ -144,6 +162,31 @@ class Arena:
         )
         self._handles.append(post)
         self._has_target = True
+
+    def _add_walls(self, walls: Sequence[Wall]) -> None:
+        """Draw walls as glass with bright edges, through which the robot stays visible."""
+        edges = []
+        for k, wall in enumerate(w for w in walls if not w.is_buried):
+            turn = Rotation.from_euler("z", wall.yaw)
+            half = np.array(wall.half_size)
+            self._handles.append(
+                self._scene.add_box(
+                    f"/walls/{k}",
+                    color=theme.WALL,
+                    dimensions=tuple(2.0 * half),
+                    opacity=WALL_OPACITY,
+                    side="front",
+                    cast_shadow=False,
+                    wxyz=turn.as_quat(scalar_first=True),
+                    position=wall.centre,
+                )
+            )
+            edges.append(turn.apply(BOX_EDGES.reshape(-1, 3) * half) + wall.centre)
+        if edges:
+            points = np.concatenate(edges).reshape(-1, 2, 3).astype(np.float32)
+            self._handles.append(
+                self._scene.add_line_segments("/walls/edges", points, theme.WALL_EDGE, thickness=0.002)
+            )
 
     def _trail(self, replay: Playable, index: int) -> np.ndarray | None:
         """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""

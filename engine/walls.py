@@ -19,6 +19,10 @@ LARGEST: Final = 100.0
 """Largest coordinate or half size of a wall, in m."""
 
 
+SMALLEST: Final = 1e-4
+"""Smallest half size of a wall, in m."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Wall:
     """A fixed box: centre (3,), half sizes (3,), in metres, and its turn about the vertical, in rad.
@@ -41,8 +45,8 @@ class Wall:
             if len(numbers) != 3 or not all(abs(v) <= LARGEST for v in numbers):
                 raise InvalidData(f"a wall's {name} must be three numbers of metres, not {values!r}")
             object.__setattr__(self, name, numbers)
-        if not min(self.half_size) > 0.0:
-            raise InvalidData(f"a wall's half_size must be positive, not {self.half_size!r}")
+        if not min(self.half_size) >= SMALLEST:
+            raise InvalidData(f"a wall's half_size must be at least {SMALLEST} m, not {self.half_size!r}")
         if not isinstance(self.yaw, int | float) or not math.isfinite(self.yaw):
             raise InvalidData(f"a wall's yaw must be a number, not {self.yaw!r}")
         object.__setattr__(self, "yaw", float(self.yaw))

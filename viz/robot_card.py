@@ -121,6 +121,6 @@ def _targets(config: RunConfig, evaluation: Evaluation) -> str:
             f'<span style="text-align:right">{mean:.1f}{tail} cm</span></div>'
         )
     return (
-        f'<div style="margin-top:8px;opacity:.65">{html.escape(task.score_name)} of each target '
+        f'<div style="margin-top:8px;opacity:.65">{html.escape(task.score_name)}, by target '
         f"(at first {start:.0f} cm)</div>" + "".join(rows)
     )
