@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import shlex
 import signal
 import sys
 from collections.abc import Sequence
@@ -24,7 +25,7 @@ from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.export import export_files, write_folder
 from engine.reader import Generation, RunReader
 from engine.records import cell_name, parse_cell
-from engine.tasks import load_task
+from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
 
 USAGE_ERROR = 2
@@ -122,6 +123,9 @@ def _dispatch(command: c.Command, console: Console) -> None:
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
     _check_workers(workers)
+    # a task of the user's is found again only if they name its file
+    file = "" if config is None else get_task(config.task).file
+    prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
     try:
         with ProgressDisplay(console) as display:
             if config is None:
@@ -132,11 +136,11 @@ def _work(path: Path, workers: int, config: Any, console: Console) -> None:
                 run.evolve(path, config, n_threads=workers, observer=display.update)
     except KeyboardInterrupt:
         console.print(
-            f"Stopped. Everything finished is saved; go on with: tensatlas resume {path}",
+            f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",
             markup=False,
         )
         raise
-    console.print(f"Finished: {path}. Look at it with: tensatlas explore {path}", markup=False)
+    console.print(f"Finished: {path}. Look at it with: {prefix}tensatlas explore {path}", markup=False)
 
 
 def _check_workers(workers: int) -> None:

@@ -15,7 +15,7 @@ from engine.tasks.base import (
     target_offsets,
     worlds,
 )
-from engine.tasks.files import BUILT_IN, get_task, load_task, task_version
+from engine.tasks.files import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
 from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.squeezing import SQUEEZING
 from engine.tasks.view import Frame, View, distance_and_bearing
@@ -26,6 +26,7 @@ __all__ = [
     "GOAL_REACHING",
     "SETTLE_TIME",
     "SQUEEZING",
+    "TASKS_VARIABLE",
     "TRIAL_TIME",
     "Frame",
     "Task",

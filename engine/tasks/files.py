@@ -26,7 +26,7 @@ from engine.tensegrity import MAX_MODULES, MIN_MODULES
 from engine.walls import Obstacles
 
 BUILT_IN: Final = {task.name: task for task in (GOAL_REACHING, SQUEEZING)}
-VARIABLE: Final = "TENSATLAS_TASKS"
+TASKS_VARIABLE: Final = "TENSATLAS_TASKS"
 """Environment variable with the user's task files, separated as in ``PATH``."""
 
 _loaded: dict[str, tuple[Task, str]] = {}
@@ -50,7 +50,7 @@ def get_task(name: str) -> Task:
     known = ", ".join([*BUILT_IN, *_loaded])
     raise UnknownTask(
         f"unknown task {name[:60]!r} (known: {known}); if it is one of your own, name its file in the"
-        f" environment variable {VARIABLE}"
+        f" environment variable {TASKS_VARIABLE}"
     )
 
 
@@ -85,14 +85,14 @@ def load_task(path: Path) -> Task:
 def _load_listed(name: str) -> None:
     """Load the files of the environment variable until one holds the task that is looked for."""
     error = None
-    for part in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
+    for part in filter(None, os.environ.get(TASKS_VARIABLE, "").split(os.pathsep)):
         if any(task.file == part for task, _ in _loaded.values()):
             continue
         try:
             if load_task(Path(part)).name == name:
                 return
         except TaskError as e:
-            error = error or TaskError(f"{e} (listed in {VARIABLE})")
+            error = error or TaskError(f"{e} (listed in {TASKS_VARIABLE})")
     if error is not None:
         raise error
 
