@@ -171,11 +171,14 @@ def _info(path: Path, as_json: bool) -> None:
             facts["hash"] = reader.canonical_hash()
             print(json.dumps(facts, indent=2))
             return
+        change = reader.task_change
     console = Console(highlight=False, soft_wrap=True)
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         console.print(f"{key:<12} {facts[key]}", markup=False)
     console.print(f"{'evaluations':<12} {facts['evaluations']} of {facts['budget']}", markup=False)
     console.print(f"{'failed':<12} {facts['failed']}", markup=False)
+    if change:
+        console.print(f"{'note':<12} {change}: results may differ", markup=False)
     for name, figures in _archive_facts(last).items():
         console.print(
             f"{name:<12} best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f}"

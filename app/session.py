@@ -116,6 +116,8 @@ class Session:
         self._generations, self._shown, self._follow_newest = [], None, True
         task = get_task(reader.config.task)
         self._transport.set_trials(task.target_names, reader.config.trials.repeats)
+        if change := reader.task_change:
+            self._notify("Another task", f"Note: {change}. Replays may differ from what was evaluated.")
         self._archives.offer(self._library.runs(), path)
         status = self._library.status(path)
         self._update(reader, status)

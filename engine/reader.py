@@ -22,7 +22,7 @@ from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
 from engine.store import is_being_written
-from engine.tasks import get_task
+from engine.tasks import get_task, task_version
 
 MAX_CELLS_PER_AXIS = 200
 _HEADER = b"SQLite format 3\x00"
@@ -121,6 +121,14 @@ class RunReader:
     def is_live(self) -> bool:
         """Whether a living process is writing the run."""
         return is_being_written(self.path)
+
+    @property
+    def task_change(self) -> str | None:
+        """What to say if the user's file with the run's task is not the one that it was started with."""
+        now = task_version(self.config.task)
+        if all(self.versions.get(key) == version for key, version in now.items()):
+            return None
+        return f"the file of task {self.config.task} has changed since this run was started"
 
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""

@@ -99,13 +99,17 @@ class View:
         self._obstacles = obstacles
         self._rods = rods
         self._height = height
-        self.time = time
-        """Seconds since the trial began."""
+        self._time = time
 
     @property
     def shape(self) -> tuple[int, int]:
         """Robots and copies."""
         return self._front.shape[0], self._front.shape[1]
+
+    @functools.cached_property
+    def time(self) -> np.ndarray:
+        """(robots, copies) seconds since the trial began, the same for all."""
+        return np.full(self.shape, self._time)
 
     @functools.cached_property
     def position(self) -> np.ndarray:

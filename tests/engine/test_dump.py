@@ -287,6 +287,14 @@ def changed(packed, change):
     return zip_bytes(files)
 
 
+def test_a_dump_from_before_there_were_walls_is_read(packed, dump, tmp_path):
+    path = tmp_path / "old.tsdump"
+    path.write_bytes(changed(packed, lambda _files, table: (table.update(version=1), table.pop("walls"))))
+    again = read_dump(path)
+    assert again.failed.walls == ()
+    assert again.failed.failure.state.tobytes() == dump.failed.failure.state.tobytes()
+
+
 def put(**values):
     return lambda _files, table: table.update(values)
 

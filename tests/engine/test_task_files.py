@@ -31,7 +31,7 @@ def walls(target, n_modules):
 TASK = Task(
     name="bump",
     inputs=("time", "height", "free"),
-    sense=lambda v: np.stack([np.full(v.shape, v.time), v.height, np.minimum(v.clearance, 1)], axis=-1),
+    sense=lambda v: np.stack([v.time, v.height, np.minimum(v.clearance, 1)], axis=-1),
     target_distance=0.5,
     target_bearings=(0, 0.1),
     walls=walls,
@@ -98,12 +98,15 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
     monkeypatch.setenv(TASKS_VARIABLE, os.pathsep.join([str(EXAMPLE), str(good)]))
     with RunReader(one) as a:
         assert a.config.task == "bump"
+        assert a.task_change is None
     assert engine.run.changed_versions(one) == []
     # the file has changed since
     monkeypatch.setattr(files, "_loaded", {})
     good.write_text(GOOD + "# different\n")
     (change,) = engine.run.changed_versions(one)
     assert change.startswith("task bump sha256:")
+    with RunReader(one) as a:
+        assert a.task_change == "the file of task bump has changed since this run was started"
 
 
 def test_no_run_file_makes_code_run(good, tmp_path, monkeypatch):
@@ -218,7 +221,7 @@ def test_a_broken_file_in_the_list_is_named_only_if_it_may_matter(good, tmp_path
 
 def test_what_fails_only_later_stops_the_run_with_one_line_and_keeps_it(tmp_path):
     path, run = tmp_path / "late.py", tmp_path / "run.tsmr"
-    late = GOOD.replace("v.distance -", "(np.nan if v.time > 0.9 and v.shape[0] != 3 else 0.5) -")
+    late = GOOD.replace("v.distance -", "(np.nan if v.time.max() > 0.9 and v.shape[0] != 3 else 0.5) -")
     path.write_text(late)
     load_task(path)
     config = dataclasses.replace(TINY, task="bump", evaluations=3, initial=3)
