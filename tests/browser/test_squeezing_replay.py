@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from widgets import field_of
@@ -54,3 +55,6 @@ def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
             assert "/walls/5" not in nodes
             seen.append([tuple(w.position) for w in walls])
         assert seen[0] != seen[1]
+        # the camera is where it was placed, however slow the browser is: 1 m away, not viser's 5 m
+        page.wait_for_timeout(1000)
+        assert np.linalg.norm(client.camera.position) < 2.0
