@@ -235,12 +235,15 @@ def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:
         InvalidData: the cell is empty or lies outside the map.
     """
     generations = reader.generations()
-    if not generations or archive not in generations[-1].archives:
+    if not generations:
         raise RunFileError(f"{reader.path} has no {archive} archive yet")
     last = generations[-1]
+    if archive not in last.archives:
+        found = " and ".join(last.archives)
+        raise RunFileError(f"{reader.path} has no {archive} archive; choose with --archive: {found}")
     shape = tuple(a.n for a in last.archives[archive].axes)
     if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
-        limits = " and ".join(f"0..{n - 1}" for n in shape)
+        limits = ", ".join(f"0..{n - 1}" for n in shape)
         raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
     placed = reader.placements(archive, last.number)
     if cell not in placed:

@@ -11,6 +11,9 @@ import tyro
 
 from engine.config import RunConfig
 
+ArchiveName = Literal["morphology", "controller", "grid"]
+"""DM-ME has the first two, MAP-Elites the last."""
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Explore:
@@ -72,10 +75,10 @@ class Export:
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    archive: Literal["morphology", "controller"] = "morphology"
-    """Map to take the elite from."""
+    archive: ArchiveName = "morphology"
+    """Map to take the elite from; grid is the one of MAP-Elites."""
     cell: str
-    """Cell of the map, such as 3,7; both count from 0."""
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     out: Path
     """Folder to create."""
 
@@ -90,10 +93,10 @@ class Verify:
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    archive: Literal["morphology", "controller"] = "morphology"
-    """Map to take the elite from."""
+    archive: ArchiveName = "morphology"
+    """Map to take the elite from; grid is the one of MAP-Elites."""
     cell: str
-    """Cell of the map, such as 3,7; both count from 0."""
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     inertia_scale: float | None = None
     """Factor on every inertia; 1 is the real one. The time step follows it to stay stable."""
     timestep_factor: float | None = None

@@ -63,7 +63,8 @@ def duration(seconds: float | None) -> str:
 
 def _line(p: Progress) -> str:
     rate, left = rate_and_time_left(p)
-    best = archive_figures(p.archives["morphology"], p.initial_distance)["best"]
+    first = next(iter(p.archives.values()))
+    best = archive_figures(first, p.initial_distance)["best"]
     return (
         f"generation {p.generation}  {p.n_evaluations}/{p.budget} evaluations"
         f"  {rate:.2f}/s  {duration(left)} left"

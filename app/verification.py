@@ -30,7 +30,7 @@ def print_verification(command: c.Verify, config: RunConfig, found: Verification
     say = functools.partial(console.print, markup=False, soft_wrap=True)
     say(
         f"Robot {number} of {command.run.name}, {command.archive} cell {command.cell}:"
-        f" {body.n_modules} modules, stiffness {body.stiffness:g}"
+        f" {body.n_modules} modules, stiffness {body.stiffness_text}"
     )
     own, changed = found.own, found.changed
     same = "identical to" if found.identical else "not identical to"

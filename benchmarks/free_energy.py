@@ -113,7 +113,7 @@ def _elites(a: Arguments, config: RunConfig, best: list[Evaluation]) -> bool:
         good = found is not None and abs(found[0]) <= found[1]
         well &= good
         print(
-            f"{e.solution.number:6} {body.n_modules:8} {body.stiffness:10.1f}"
+            f"{e.solution.number:6} {body.n_modules:8} {body.stiffness_text:>10}"
             f" {100 * (start - _fitness(e)):9.2f} {_mean(start, own)} {_mean(start, other)}"
             + (f" {-100 * found[0]:11.2f} {100 * found[1]:7.2f}" if found else f" {'-':>11} {'-':>7}")
             + f" {motion.airborne:9.2%} {100 * motion.height:11.1f} {motion.speed:11.3f}"

@@ -32,9 +32,14 @@ class SingleModule:
     n_modules: int = 1
 
     @property
-    def stiffness(self) -> float:
-        """Relative stiffness of the passive cables."""
-        return self.stiffness_level / 10
+    def stiffness_levels(self) -> tuple[int, ...]:
+        """The one module's level."""
+        return (self.stiffness_level,)
+
+    @property
+    def stiffnesses(self) -> tuple[float, ...]:
+        """Relative stiffness of the one module's passive cables."""
+        return (self.stiffness_level / 10,)
 
 
 class Body:

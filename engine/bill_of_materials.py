@@ -55,7 +55,7 @@ class Part:
 def parts(morphology: Morphology) -> list[Part]:
     """Return the parts of a robot."""
     n = morphology.n_modules
-    return [*_rods(n), _passive_cables(morphology), *_servo_cables(n), _servomotors(n), _links(n)]
+    return [*_rods(n), *_passive_cables(morphology), *_servo_cables(n), _servomotors(n), _links(n)]
 
 
 def total_mass(morphology: Morphology) -> float:
@@ -101,20 +101,29 @@ def _rods(n_modules: int) -> list[Part]:
     ]
 
 
-def _passive_cables(morphology: Morphology) -> Part:
+def _passive_cables(morphology: Morphology) -> list[Part]:
+    """Return a part for each stiffness that occurs, naming the modules that need it if not all do."""
     built = [t.passive_anchor(a, b) - t.passive_anchor(b, a) for a, b in t.CABLES]
     length = float(np.linalg.norm(built, axis=1).mean())  # all are equally long
-    stiffness = t.stiffness_n_per_m(morphology.stiffness)
-    return Part(
-        name="passive cable",
-        quantity=len(t.CABLES) * morphology.n_modules,
-        length=t.CABLE_REST_LENGTH,
-        basis="length, stiffness and damping simulated, as a spring that only pulls;"
-        " massless in the simulation; diameter and material not modelled",
-        note=f"{len(t.CABLES)} per module; length at rest between its anchors on the rods' surface;"
-        f" stretched to {_milli(length)} mm in a module as built;"
-        f" stiffness {stiffness:.2f} N/m; damping {t.CABLE_DAMPING:.2f} N s/m",
-    )
+    cables = []
+    for relative in sorted(set(morphology.stiffnesses)):
+        modules = [i for i, s in enumerate(morphology.stiffnesses) if s == relative]
+        where = "per module"
+        if len(modules) < morphology.n_modules:
+            where = f"in each of the modules {', '.join(map(str, modules))}"
+        cables.append(
+            Part(
+                name="passive cable",
+                quantity=len(t.CABLES) * len(modules),
+                length=t.CABLE_REST_LENGTH,
+                basis="length, stiffness and damping simulated, as a spring that only pulls;"
+                " massless in the simulation; diameter and material not modelled",
+                note=f"{len(t.CABLES)} {where}; length at rest between its anchors on the rods'"
+                f" surface; stretched to {_milli(length)} mm in a module as built;"
+                f" stiffness {t.stiffness_n_per_m(relative):.2f} N/m; damping {t.CABLE_DAMPING:.2f} N s/m",
+            )
+        )
+    return cables
 
 
 def _servo_cables(n_modules: int) -> list[Part]:

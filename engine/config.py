@@ -7,14 +7,17 @@ import sys
 import typing
 from typing import Any, Final, Literal
 
-from engine.algorithms.dm_me import PAPER_REFITS, check_schedule
+from engine.algorithms.dm_me import check_cell_capacity
+from engine.algorithms.map_search import PAPER_REFITS, check_schedule
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
+from engine.morphology import StiffnessMode
 from engine.robot import Physics
 from engine.tasks import get_task
 from engine.timestep import check_timestep
 
-AlgorithmName = Literal["dm-me"]
+AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,11 +37,17 @@ class RunConfig:
     initial: int = 1080
     """Random solutions in generation 0."""
     batch_size: int = 24
-    """Solutions per later generation; half of the parents come from each archive."""
+    """Solutions per later generation; half of the parents come from each archive of DM-ME."""
     refit_generations: tuple[int, ...] = PAPER_REFITS
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
     """What of the head's 1 Hz trajectory describes a controller."""
+    cell_capacity: int = 1
+    """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
+    stiffness: StiffnessMode = "shared"
+    """One stiffness for all modules of a robot, as published, or one for each."""
+    vie_neat: VieNeatConfig = VieNeatConfig()
+    """Sizes and rates of ViE-NEAT's two populations."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()
@@ -48,7 +57,13 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         get_task(self.task)
-        check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        if self.algorithm == "vie-neat":
+            self.vie_neat.check_budget(self.evaluations)
+        else:
+            check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        check_cell_capacity(self.cell_capacity)
+        if self.cell_capacity > 1 and self.algorithm != "dm-me":
+            raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
         check_timestep(self.physics)
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
@@ -61,16 +76,24 @@ class RunConfig:
 
 PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(),
-    "quick": RunConfig(evaluations=600, initial=240, trials=TrialConfig(repeats=1)),
+    "quick": RunConfig(
+        evaluations=600,
+        initial=240,
+        vie_neat=VieNeatConfig(morphologies=24, mutants=24, controllers=28, elitism=2),
+        trials=TrialConfig(repeats=1),
+    ),
     "smoke": RunConfig(
         evaluations=40,
         initial=16,
         batch_size=6,
         refit_generations=(0, 2),
+        vie_neat=VieNeatConfig(morphologies=8, mutants=8, controllers=10, elitism=1),
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
 }
-"""``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
+"""Of every algorithm; options such as ``cell_capacity`` are added to them.
+
+``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
 evaluations, about an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
 
 

@@ -160,7 +160,7 @@ class Neat:
         """Draw a new controller: three hidden nodes between all inputs and all outputs."""
         self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + N_HIDDEN))
         genome = neat.DefaultGenome(0)
-        with _lend(rng):
+        with lend_random(rng):
             genome.configure_new(self.config)
         return from_genome(genome, self.config.num_inputs)
 
@@ -168,7 +168,7 @@ class Neat:
         """Return a mutated copy: NEAT's structural mutations, then weights and biases."""
         genome = to_genome(parent, self.config)
         self.config.node_indexer = self._count_nodes()
-        with _lend(rng):
+        with lend_random(rng):
             genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
 
@@ -223,7 +223,8 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
 
 
 @contextlib.contextmanager
-def _lend(rng: Random) -> Iterator[None]:
+def lend_random(rng: Random) -> Iterator[None]:
+    """Return a context in which Python's global ``random`` draws from a generator; it is put back after."""
     outside = random.getstate()
     random.setstate(rng.getstate())
     try:

@@ -11,16 +11,39 @@ from sklearn.preprocessing import StandardScaler
 from threadpoolctl import threadpool_limits
 
 from engine.archive import Cell
-from engine.morphology import Morphology
+from engine.morphology import Morphology, StiffnessMode
 from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 
-MORPHOLOGY_SHAPE: Final = (MAX_MODULES - MIN_MODULES + 1, N_STIFFNESS_LEVELS)
+N_SIZES: Final = MAX_MODULES - MIN_MODULES + 1
+MORPHOLOGY_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS)
+PER_MODULE_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS, N_STIFFNESS_LEVELS)
 CONTROLLER_SHAPE: Final = (9, 10)
 
 
+def morphology_shape(stiffness: StiffnessMode) -> tuple[int, ...]:
+    """Return the number of cells along each axis of ``morphology_cell``."""
+    return PER_MODULE_SHAPE if stiffness == "per-module" else MORPHOLOGY_SHAPE
+
+
+def n_possible_morphology_cells(stiffness: StiffnessMode) -> int:
+    """Return how many of these cells a body can lie in.
+
+    Where each module has its own stiffness, half of the cells ask for a softest module that is stiffer
+    than the stiffest: 9 x 55 of 9 x 10 x 10 are possible.
+    """
+    pairs = N_STIFFNESS_LEVELS * (N_STIFFNESS_LEVELS + 1) // 2
+    return N_SIZES * (pairs if stiffness == "per-module" else N_STIFFNESS_LEVELS)
+
+
 def morphology_cell(morphology: Morphology) -> Cell:
-    """Return the cell of a body: modules along the first axis, stiffness level along the second."""
-    return (morphology.n_modules - MIN_MODULES, morphology.stiffness_level - 1)
+    """Return the cell of a body: modules along the first axis, stiffness level along the second.
+
+    Where each module has its own stiffness, the second is the softest one's and a third the stiffest's.
+    """
+    level, size = morphology.stiffness_level, morphology.n_modules - MIN_MODULES
+    if isinstance(level, tuple):
+        return (size, min(level) - 1, max(level) - 1)
+    return (size, level - 1)
 
 
 def sensory_data(trajectories: Sequence[np.ndarray], kind: str) -> np.ndarray:

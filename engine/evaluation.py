@@ -70,7 +70,8 @@ class Solution:
     Attributes:
         number: counts the run's evaluations from 0; the seeds follow from it.
         parent: number of the solution it descends from, None for a random one.
-        operator: how it came about: ``random``, ``morphology``, ``controller`` or ``both``.
+        operator: how it came about: ``random``; by mutation of ``morphology``, ``controller`` or ``both``;
+            or ``paired``, a mutated morphology with a controller from another population.
         source: the archive its parent was drawn from, if any.
     """
 

@@ -202,8 +202,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         summary=f": {task.summary}" if task.summary else "",
         score=task.score_name,
         n=morphology.n_modules,
-        level=morphology.stiffness,
-        stiffness=t.stiffness_n_per_m(morphology.stiffness),
+        stiffness=_stiffness(morphology),
         faces=", ".join(map(str, morphology.faces)),
         head=head.module,
         end="last" if head.is_end else "first",
@@ -226,6 +225,18 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         else "not the same: the run was computed on another kind of machine or with other versions",
         scale=reader.config.physics.inertia_scale,
         mujoco=mujoco.mj_versionString(),
+    )
+
+
+def _stiffness(morphology: Morphology) -> str:
+    """Say how stiff the modules are, in the unit of the model and as relative stiffness."""
+    if morphology.stiffness_mode == "shared":
+        force = t.stiffness_n_per_m(morphology.stiffness)
+        return f"Relative stiffness {morphology.stiffness:.1f}: every passive cable has {force:.2f} N/m."
+    forces = ", ".join(f"{t.stiffness_n_per_m(s):.2f}" for s in morphology.stiffnesses)
+    return (
+        f"Relative stiffness, from module 0 on: {morphology.stiffness_text.replace(' ', ', ')}. The passive\n"
+        f"  cables of a module have, in the same order, {forces} N/m."
     )
 
 

@@ -86,11 +86,15 @@ def speed_limit(robot: RobotModel) -> float:
     pull of its internal cables. Inertia is scaled, energy is not, so the limit falls with the root of
     ``inertia_scale``: at the default of 10 it is from 8.3 to 18.2 m/s, depending on the stiffness, while
     healthy rods reach 2.4 m/s when the built module is let go and 0.6 m/s when it crawls.
+
+    Where each module has its own stiffness, every one is taken to have the stiffest one's share.
     """
     model, data = robot.model, mujoco.MjData(robot.model)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_energyPos(model, data)
     pull = np.abs(model.actuator_forcerange).max(axis=1) @ data.actuator_length
-    energy = (data.energy[0] + pull) / robot.n_modules
+    cables = model.tendon_stiffness[model.tendon_stiffness > 0.0]
+    stiffest = cables.max() / cables.mean()
+    energy = stiffest * (data.energy[0] + pull) / robot.n_modules
     lightest = model.body_mass[robot.rod_bodies].min()
     return float(np.sqrt(2.0 * energy / lightest))

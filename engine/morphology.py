@@ -1,18 +1,24 @@
-"""The body's genotype: number of modules, one stiffness for all, one joining face per module."""
+"""The body's genotype: number of modules, their stiffness, one joining face per module."""
 
 from __future__ import annotations
 
 import dataclasses
 import random
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 from engine.errors import InvalidData
 from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+
+StiffnessMode = Literal["shared", "per-module"]
+"""Whether all modules of a body share one stiffness, as in the paper, or each has its own."""
 
 N_FACES: Final = 8
 GLOBAL_MUTATION_PROBABILITY: Final = 0.3
 FACE_MUTATION_PROBABILITY: Final = 0.3
 """0.6 x 1/2 of the published configuration: the other half redrew an open-loop gene we do not have."""
+LOCAL_MUTATION_PROBABILITY: Final = 0.2
+"""Of a module's face and of its own stiffness, where it has one: 0.6 x 1/3 each of the published code,
+the last third being that open-loop gene's."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -20,7 +26,8 @@ class Morphology:
     """A linear chain of tensegrity modules.
 
     Attributes:
-        stiffness_level: 1..10; the relative stiffness is a tenth of it.
+        stiffness_level: 1..10, of all modules; the relative stiffness is a tenth of it. A tuple gives
+            every module its own.
         faces: per module the face, 1..8, that the next module attaches to. The last module keeps its
             gene as well: that face is the front of the robot when the chain's end is its head.
 
@@ -28,16 +35,21 @@ class Morphology:
         InvalidData: a gene is out of range.
     """
 
-    stiffness_level: int
+    stiffness_level: int | tuple[int, ...]
     faces: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        _check_int("stiffness level", self.stiffness_level, 1, N_STIFFNESS_LEVELS)
         if not isinstance(self.faces, tuple):
             raise InvalidData("the faces of a morphology must be a tuple of integers")
         _check_int("number of modules", len(self.faces), MIN_MODULES, MAX_MODULES)
         for face in self.faces:
             _check_int("face", face, 1, N_FACES)
+        if isinstance(self.stiffness_level, tuple) and len(self.stiffness_level) != len(self.faces):
+            raise InvalidData(
+                f"a morphology of {len(self.faces)} modules has {len(self.stiffness_level)} stiffness levels"
+            )
+        for level in self.stiffness_levels:
+            _check_int("stiffness level", level, 1, N_STIFFNESS_LEVELS)
 
     @property
     def n_modules(self) -> int:
@@ -45,13 +57,43 @@ class Morphology:
         return len(self.faces)
 
     @property
+    def stiffness_mode(self) -> StiffnessMode:
+        """Whether the modules share one stiffness gene."""
+        return "per-module" if isinstance(self.stiffness_level, tuple) else "shared"
+
+    @property
+    def stiffness_levels(self) -> tuple[int, ...]:
+        """The level of each module, 1..10."""
+        level = self.stiffness_level
+        return level if isinstance(level, tuple) else (level,) * len(self.faces)
+
+    @property
+    def stiffnesses(self) -> tuple[float, ...]:
+        """Relative stiffness of each module, 0.1 to 1.0."""
+        return tuple(level / N_STIFFNESS_LEVELS for level in self.stiffness_levels)
+
+    @property
     def stiffness(self) -> float:
-        """Relative stiffness, 0.1 to 1.0."""
-        return self.stiffness_level / N_STIFFNESS_LEVELS
+        """Relative stiffness, 0.1 to 1.0; the modules' mean where each has its own."""
+        level = self.stiffness_level
+        if isinstance(level, tuple):
+            return sum(level) / (N_STIFFNESS_LEVELS * len(level))
+        return level / N_STIFFNESS_LEVELS
+
+    @property
+    def stiffness_text(self) -> str:
+        """The relative stiffness for people: ``0.3``, or ``0.1 0.5 0.3`` where each module has its own."""
+        if self.stiffness_mode == "shared":
+            return f"{self.stiffness:.1f}"
+        return " ".join(f"{s:.1f}" for s in self.stiffnesses)
 
     def to_json(self) -> dict[str, Any]:
         """Return the genotype as JSON-ready values."""
-        return {"stiffness_level": self.stiffness_level, "faces": list(self.faces)}
+        level = self.stiffness_level
+        return {
+            "stiffness_level": list(level) if isinstance(level, tuple) else level,
+            "faces": list(self.faces),
+        }
 
     @classmethod
     def from_json(cls, data: Any) -> Self:
@@ -64,15 +106,21 @@ class Morphology:
             raise InvalidData("a morphology needs exactly the keys 'stiffness_level' and 'faces'")
         if not isinstance(data["faces"], list):
             raise InvalidData("the faces of a morphology must be a list of integers")
-        return cls(stiffness_level=data["stiffness_level"], faces=tuple(data["faces"]))
+        level = data["stiffness_level"]
+        return cls(
+            stiffness_level=tuple(level) if isinstance(level, list) else level, faces=tuple(data["faces"])
+        )
 
 
-def random_morphology(rng: random.Random) -> Morphology:
+def random_morphology(rng: random.Random, stiffness: StiffnessMode = "shared") -> Morphology:
     """Draw a morphology uniformly: modules, stiffness and faces are independent."""
     n_modules = rng.randint(MIN_MODULES, MAX_MODULES)
+    if stiffness == "per-module":
+        levels = tuple(_random_level(rng) for _ in range(n_modules))
+        return Morphology(levels, tuple(_random_face(rng) for _ in range(n_modules)))
     return Morphology(
-        stiffness_level=rng.randint(1, N_STIFFNESS_LEVELS),
-        faces=tuple(rng.randint(1, N_FACES) for _ in range(n_modules)),
+        stiffness_level=_random_level(rng),
+        faces=tuple(_random_face(rng) for _ in range(n_modules)),
     )
 
 
@@ -82,21 +130,54 @@ def mutate_morphology(parent: Morphology, rng: random.Random) -> Morphology:
     With probability 0.3 one global mutation, drawn uniformly from inserting a random module at a
     random place, deleting a random module and redrawing the stiffness; one that would leave the range
     of 2 to 10 modules does nothing. Then every module redraws its face with probability 0.3.
+
+    Where every module has its own stiffness there is no global redraw, and its third of the global
+    mutations does nothing. Instead every module redraws either its face or its stiffness, with
+    probability 0.2 each. So has it the published code; no published configuration uses it.
     """
+    if isinstance(parent.stiffness_level, tuple):
+        return _mutate_per_module(list(parent.stiffness_level), list(parent.faces), rng)
     faces = list(parent.faces)
     stiffness_level = parent.stiffness_level
     if rng.random() < GLOBAL_MUTATION_PROBABILITY:
         kind = rng.choice(("insert", "delete", "stiffness"))
         if kind == "insert" and len(faces) < MAX_MODULES:
-            faces.insert(rng.randint(0, len(faces)), rng.randint(1, N_FACES))
+            faces.insert(rng.randint(0, len(faces)), _random_face(rng))
         elif kind == "delete" and len(faces) > MIN_MODULES:
             del faces[rng.randrange(len(faces))]
         elif kind == "stiffness":
-            stiffness_level = rng.randint(1, N_STIFFNESS_LEVELS)
+            stiffness_level = _random_level(rng)
     for i in range(len(faces)):
         if rng.random() < FACE_MUTATION_PROBABILITY:
-            faces[i] = rng.randint(1, N_FACES)
+            faces[i] = _random_face(rng)
     return Morphology(stiffness_level=stiffness_level, faces=tuple(faces))
+
+
+def _mutate_per_module(levels: list[int], faces: list[int], rng: random.Random) -> Morphology:
+    if rng.random() < GLOBAL_MUTATION_PROBABILITY:
+        kind = rng.choice(("insert", "delete", "nothing"))
+        if kind == "insert" and len(faces) < MAX_MODULES:
+            where = rng.randint(0, len(faces))
+            faces.insert(where, _random_face(rng))
+            levels.insert(where, _random_level(rng))
+        elif kind == "delete" and len(faces) > MIN_MODULES:
+            where = rng.randrange(len(faces))
+            del faces[where], levels[where]
+    for i in range(len(faces)):
+        draw = rng.random()
+        if draw < LOCAL_MUTATION_PROBABILITY:
+            faces[i] = _random_face(rng)
+        elif draw < 2 * LOCAL_MUTATION_PROBABILITY:
+            levels[i] = _random_level(rng)
+    return Morphology(stiffness_level=tuple(levels), faces=tuple(faces))
+
+
+def _random_level(rng: random.Random) -> int:
+    return rng.randint(1, N_STIFFNESS_LEVELS)
+
+
+def _random_face(rng: random.Random) -> int:
+    return rng.randint(1, N_FACES)
 
 
 def _check_int(what: str, value: Any, low: int, high: int) -> None:

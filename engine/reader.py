@@ -174,6 +174,21 @@ class RunReader:
         known = self.evaluations(set(placed.values()))
         return {cell: known[n] for cell, n in placed.items()}
 
+    def members(self, archive: str) -> dict[Cell, list[int]]:
+        """Return everybody whom each filled cell holds after the last generation.
+
+        That is its elite, or in a deep grid all individuals in their places, the elite among them.
+        """
+        last = self.last_generation()
+        if last is None:
+            return {}
+        state = self.algorithm_state()
+        with self.guard():
+            deep = (state or {}).get("members", {}).get(archive)
+            if deep is not None:
+                return {parse_cell(cell): [int(n) for n in held] for cell, held in deep.items()}
+        return {cell: [n] for cell, n in self.placements(archive, last).items()}
+
     def summaries(self, numbers: set[int]) -> dict[int, Summary]:
         """Return what a map shows of some evaluations, by number; failed ones are left out."""
         rows = self._chunked(
@@ -266,6 +281,7 @@ class RunReader:
             e.distances.shape != (task.n_targets, trials.repeats)
             or e.trajectory.shape[1] != math.floor(trials.trial_time + 1e-9)
             or e.solution.controller.n_inputs != task.n_inputs
+            or e.solution.morphology.stiffness_mode != self.config.stiffness
         ):
             raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
         return e

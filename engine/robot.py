@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import math
 from collections.abc import Sequence
 from typing import Final
@@ -39,26 +40,33 @@ CONTACT_SOLIMP: Final = (0.98, 0.995, 0.001, 0.5, 2.0)
 class Physics:
     """How the robot is simulated; part of a run's configuration.
 
-    Friction is the published rod-on-ground coefficient. The contact's hardness and impedance ratio were
-    chosen so that friction holds instead of creeping, with an eye on robots that the published simulator
-    replayed; ``docs/physics.md`` says how well it does and where it does not.
+    Friction is the published rod-on-ground coefficient. The contact's hardness, bounce and impedance ratio
+    were chosen on robots that the published simulator replayed, among those whose results do not hang on
+    the time step; ``docs/physics.md`` says how well they do and where they do not.
     """
 
-    timestep: float = 0.005
+    timestep: float = 0.0025
     """Step of the integrator, in s."""
     control_period: float = 0.02
     """Time between two controller updates, in s; a whole number of time steps."""
     inertia_scale: float = 10.0
     """Factor on every inertia (mass scaling), with gravity divided by it so that weights stay real."""
+    rod_inertia: float = 3.0
+    """Further factor on the rotational inertia of the plain rods (selective mass scaling): their own turning
+    is the fastest motion of a module and what limits the time step."""
     friction: float = 0.5
     """Sliding friction coefficient of every contact."""
     impratio: float = 100.0
     """MuJoCo's ratio of frictional to normal constraint impedance: higher slips less."""
+    contact_time: float = 0.02
+    """MuJoCo's time constant of every contact, in s: larger is softer."""
+    contact_damping: float = 1.0
+    """MuJoCo's damping ratio of every contact: 1 does not bounce."""
     servo_noise: float = t.SERVO_NOISE
     """Standard deviation of the noise on every commanded internal cable length, in m."""
 
     def __post_init__(self) -> None:
-        for name in ("timestep", "control_period", "inertia_scale", "friction", "impratio"):
+        for name in (f.name for f in dataclasses.fields(self) if f.name != "servo_noise"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
         if not 1e-3 <= self.inertia_scale <= 1e3:
@@ -132,14 +140,16 @@ def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True
     length of its cable in metres.
     """
     spec = mujoco.MjSpec()
-    spec.modelname = f"tsmr_{morphology.n_modules}x{morphology.stiffness_level}"
+    levels = sorted(set(morphology.stiffness_levels))
+    spec.modelname = f"tsmr_{morphology.n_modules}x{'_'.join(map(str, levels))}"
     _set_options(spec, physics, gravity)
     contact = spec.default.geom
     contact.friction = [physics.friction, 0.005, 0.0001]
+    contact.solref = [physics.contact_time, physics.contact_damping]
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
     for i, (turn, centre) in enumerate(module_placements(morphology)):
-        _add_module(spec, i, turn, centre, morphology.stiffness, physics)
+        _add_module(spec, i, turn, centre, morphology.stiffnesses[i], physics)
     for i in range(morphology.n_modules - 1):
         _add_joint(spec, i, morphology)
     return spec
@@ -170,10 +180,35 @@ def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:
     return spec.compile()
 
 
+@functools.cache
+def body_fingerprint() -> str:
+    """Return a hash of how bodies are modelled, apart from what ``Physics`` says.
+
+    Two versions of the program whose fingerprints differ simulate the same robot differently.
+    """
+    physics = Physics(
+        timestep=0.0025,
+        control_period=0.02,
+        inertia_scale=10.0,
+        rod_inertia=3.0,
+        friction=0.5,
+        impratio=100.0,
+        contact_time=0.02,
+        contact_damping=1.0,
+        servo_noise=t.SERVO_NOISE,
+    )
+    spec = build_spec(Morphology(5, (1, 2, 3)), physics=physics)
+    spec.compile()
+    return hashlib.sha256(spec.to_xml().encode()).hexdigest()[:12]
+
+
 def _set_options(spec: mujoco.MjSpec, physics: Physics, gravity: bool) -> None:
     spec.option.timestep = physics.timestep
     spec.option.gravity = [0.0, 0.0, -GRAVITY / physics.inertia_scale if gravity else 0.0]
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # implicitfast would solve for contact forces without the cables' damping and apply them with it
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    # no mass couples two rods, so that PGS has little to do: Newton's results in two thirds of its time
+    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = physics.impratio
 
@@ -228,6 +263,8 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     axis = int(np.argmax(np.abs(half)))
     inertia = np.full(3, transverse)
     inertia[axis] = 0.3 * transverse
+    if rod != t.SERVO_ROD:
+        inertia *= physics.rod_inertia
     body.mass = mass
     body.ipos = t.SERVO_ROD_CENTRE_OF_MASS if rod == t.SERVO_ROD else [0.0, 0.0, 0.0]
     body.inertia = inertia

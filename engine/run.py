@@ -13,6 +13,8 @@ from typing import Any
 
 from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.algorithms.map_elites import MapElites
+from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
 from engine.dump import DumpFolder
@@ -20,7 +22,7 @@ from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.morphology import Morphology
 from engine.reader import RunReader
-from engine.robot import build_robot
+from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
 from engine.tasks import get_task, task_version
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
@@ -56,15 +58,25 @@ Observer = Callable[[Progress], None]
 
 def create_algorithm(config: RunConfig) -> Algorithm:
     """Return a fresh algorithm for a configuration."""
-    return DoubleMapMapElites(
-        n_inputs=get_task(config.task).n_inputs,
-        n_initial=config.initial,
-        batch_size=config.batch_size,
-        refit_generations=config.refit_generations,
-        sensory=config.sensory,
-        seed=config.seed,
-        budget=config.evaluations,
-    )
+    common: dict[str, Any] = {
+        "n_inputs": get_task(config.task).n_inputs,
+        "stiffness": config.stiffness,
+        "seed": config.seed,
+        "budget": config.evaluations,
+    }
+    maps: dict[str, Any] = {
+        "n_initial": config.initial,
+        "batch_size": config.batch_size,
+        "refit_generations": config.refit_generations,
+        "sensory": config.sensory,
+    }
+    match config.algorithm:
+        case "dm-me":
+            return DoubleMapMapElites(**common, **maps, cell_capacity=config.cell_capacity)
+        case "map-elites":
+            return MapElites(**common, **maps)
+        case "vie-neat":
+            return VieNeat(**common, config=config.vie_neat)
 
 
 def failures_folder(path: Path) -> Path:
@@ -91,7 +103,11 @@ def versions(task: str = "") -> dict[str, str]:
         task: the run's; if it comes from a file of the user's, its hash is one of them.
     """
     packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
-    found = {"python": platform.python_version(), "machine": platform.machine()}
+    found = {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "physics": body_fingerprint(),
+    }
     for p in packages:
         try:
             found[p] = importlib.metadata.version(p)
@@ -131,7 +147,9 @@ def changed_versions(path: Path) -> list[str]:
         RunFileError: the file is no run file or is damaged.
     """
     with RunReader(path) as reader:
-        before, now_installed = reader.versions, versions(reader.config.task)
+        # the first files did not say how their bodies were modelled
+        before = {"physics": "unknown"} | reader.versions
+        now_installed = versions(reader.config.task)
     return [
         f"{name} {before[name]} -> {now}"
         for name, now in now_installed.items()
@@ -164,7 +182,7 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
         return algorithm, 0.0
     contents = {name: reader.contents(name, last) for name in algorithm.archives}
     with reader.guard():
-        algorithm.restore(state, contents)
+        algorithm.restore(state, contents, reader.evaluations)
     return algorithm, reader.generations(last - 1)[-1].seconds
 
 

@@ -29,7 +29,7 @@ def load_maps(reader: RunReader, generation: Generation) -> dict[str, Heatmap]:
             body = s.morphology
             tiles[name][cell] = Tile(
                 value=f_s,
-                hint=f"f_s {f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness:.1f}\n"
+                hint=f"f_s {f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness_text}\n"
                 f"robot {number}, generation {s.generation}",
                 number=number,
             )

@@ -9,6 +9,7 @@ import numpy as np
 from engine.config import RunConfig
 from engine.dump import Dump
 from engine.evaluation import Evaluation
+from engine.morphology import Morphology
 from engine.tasks import get_task
 from engine.tensegrity import stiffness_n_per_m
 
@@ -36,10 +37,7 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
         _headline(f_s),
         _ROW.format("modules", body.n_modules),
-        _ROW.format(
-            "stiffness",
-            f"{body.stiffness:.1f} · {stiffness_n_per_m(body.stiffness):.1f} N/m",
-        ),
+        _ROW.format("stiffness", _stiffness(body)),
         _ROW.format("faces", " ".join(map(str, body.faces))),
         _ROW.format("head", "last module" if evaluation.head_is_end else "first module"),
         _ROW.format("descends from", _origin(evaluation)),
@@ -75,13 +73,20 @@ def render_failure(dump: Dump) -> str:
             _ROW.format("while", where),
             _ROW.format("dumped", f"the last {shown:.2f} s"),
             _ROW.format("modules", body.n_modules),
-            _ROW.format("stiffness", f"{body.stiffness:.1f} · {stiffness_n_per_m(body.stiffness):.1f} N/m"),
+            _ROW.format("stiffness", _stiffness(body)),
             _ROW.format("faces", " ".join(map(str, body.faces))),
             _ROW.format("time step", f"{1000 * dump.physics.timestep:g} ms"),
             _ROW.format("simulated with", html.escape(versions) or "unknown versions"),
             "</div>",
         ]
     )
+
+
+def _stiffness(body: Morphology) -> str:
+    """Return the stiffness of all modules, or of each where they differ in it."""
+    if body.stiffness_mode == "shared":
+        return f"{body.stiffness_text} · {stiffness_n_per_m(body.stiffness):.1f} N/m"
+    return f"{body.stiffness_text} (first to last)"
 
 
 def _headline(f_s: float | None) -> str:
@@ -97,6 +102,8 @@ def _origin(evaluation: Evaluation) -> str:
     s = evaluation.solution
     if s.parent is None:
         return "nobody (random)"
+    if s.operator == "paired":
+        return f"{s.parent}, body mutated; the controller is NEAT's"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 

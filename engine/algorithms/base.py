@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engine.archive import GridArchive
 from engine.evaluation import Evaluation, Solution
+
+Recall = Callable[[set[int]], Mapping[int, Evaluation]]
+"""Looks up evaluations of a run by their numbers; raises RunFileError if one does not exist."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -25,7 +28,8 @@ class Algorithm(abc.ABC):
     """A quality-diversity algorithm that neither evaluates nor stores.
 
     ``ask`` and ``tell`` alternate: one pair of calls is one generation. ``state`` after a ``tell``,
-    together with the archives' contents, is all that ``restore`` needs to go on identically.
+    together with the archives' contents and the run's evaluations, is all that ``restore`` needs to go on
+    identically.
     """
 
     @property
@@ -56,15 +60,24 @@ class Algorithm(abc.ABC):
 
     @abc.abstractmethod
     def state(self) -> dict[str, Any]:
-        """Return the JSON-ready state at the end of a generation, archives excluded."""
+        """Return the JSON-ready state at the end of a generation, archives' elites excluded.
+
+        It is stored anew after every generation, so it should be small: evaluations as their numbers.
+        Where cells hold more than their elite, ``members`` has them: by archive and by cell, written
+        like ``3,7``, the numbers of all individuals.
+        """
 
     @abc.abstractmethod
     def restore(
-        self, state: dict[str, Any], contents: Mapping[str, Mapping[tuple[int, ...], Evaluation]]
+        self,
+        state: dict[str, Any],
+        contents: Mapping[str, Mapping[tuple[int, ...], Evaluation]],
+        recall: Recall,
     ) -> None:
         """Go back to the end of a generation.
 
         Args:
             state: what ``state`` returned then.
-            contents: what the archives held then, by archive and cell.
+            contents: the archives' elites then, by archive and cell.
+            recall: looks up other evaluations that the state speaks of.
         """

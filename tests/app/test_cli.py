@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import signal
@@ -65,6 +66,54 @@ def test_evolve_info_resume_export(tensatlas: Command, tmp_path: Path) -> None:
     assert (status, err.count("\n")) == (2, 1)
 
 
+def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_path: Path) -> None:
+    options = "--algorithm map-elites --stiffness per-module --workers 1".split()
+    assert tensatlas("evolve", "a.tsmr", *TINY, *options)[0] == 0
+    _, out, _ = tensatlas("info", "a.tsmr", "--json")
+    assert list(json.loads(out)["archives"]) == ["grid"]
+    with RunReader(tmp_path / "a.tsmr") as reader:
+        cell, number = next(iter(reader.placements("grid", 1).items()))
+        body = reader.evaluation(number).solution.morphology
+    assert len(cell) == 5
+    where = ("--archive", "grid", "--cell", ",".join(map(str, cell)))
+    status, _, err = tensatlas("export", "a.tsmr", *where, "--out", "robot")
+    assert (status, f"robot {number}" in err) == (0, True)
+    # 24 passive cables per module, those of each stiffness on a line of their own
+    with open("robot/bill_of_materials.csv", newline="") as f:
+        cables = [row for row in csv.DictReader(f) if row["part"] == "passive cable"]
+    assert sum(int(row["quantity"]) for row in cables) == 24 * body.n_modules
+    assert len(cables) == len(set(body.stiffness_levels))
+    for row, level in zip(cables, sorted(set(body.stiffness_levels)), strict=True):
+        assert f"stiffness {11.52 * level:.2f} N/m" in row["note"]
+        modules = [i for i, own in enumerate(body.stiffness_levels) if own == level]
+        assert int(row["quantity"]) == 24 * len(modules)
+        assert len(modules) == body.n_modules or f"modules {', '.join(map(str, modules))};" in row["note"]
+    assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
+    status, out, _ = tensatlas("verify", "a.tsmr", *where, "--seeds", 1, "--workers", 1)
+    assert (status, f"stiffness {body.stiffness_text}" in out) == (0, True)
+    assert "identical to what was recorded" in out
+
+    for wrong, reason in (
+        (("--cell", "3,7"), "has no morphology archive; choose with --archive: grid"),
+        (("--archive", "grid", "--cell", "3,7"), "outside the grid map (0..8, 0..9, 0..9, 0..8, 0..9)"),
+        (("--archive", "grid", "--cell", "0,9,0,0,0"), "is empty"),
+    ):
+        status, _, err = tensatlas("export", "a.tsmr", *wrong, "--out", "other")
+        assert (status, err.count("\n")) == (2, 1)
+        assert reason in err
+
+
+def test_a_deep_grid_shows_the_best_of_each_cell(tensatlas: Command, tmp_path: Path) -> None:
+    assert tensatlas("evolve", "a.tsmr", *TINY, "--cell-capacity", 3, "--workers", 1)[0] == 0
+    with RunReader(tmp_path / "a.tsmr") as reader:
+        members, placed = reader.members("controller"), reader.placements("controller", 1)
+        assert sorted(n for there in members.values() for n in there) == list(range(6))
+        for cell, there in members.items():
+            assert placed[cell] == min(there, key=lambda n: (reader.evaluation(n).fitness or 9.0, n))
+    status, _, err = tensatlas("evolve", "b.tsmr", *TINY, "--cell-capacity", 3, "--algorithm", "map-elites")
+    assert (status, err.count("\n"), "is for dm-me only" in err) == (2, 1, True)
+
+
 def test_info_is_readable(tensatlas: Command, small_run: Path) -> None:
     status, out, _ = tensatlas("info", small_run)
     assert status == 0
@@ -83,6 +132,7 @@ def test_bare_command_prints_help(tensatlas: Command) -> None:
 def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     flags = "task algorithm evaluations initial batch-size refit-generations sensory seed workers preset"
+    flags += " cell-capacity stiffness"
     nested = "trials.repeats trials.trial-time physics.timestep physics.friction physics.inertia-scale"
     for flag in f"{flags} {nested}".split():
         assert f"--{flag} " in out

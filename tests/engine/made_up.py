@@ -46,6 +46,14 @@ morphologies = st.builds(
 )
 
 
+@st.composite
+def per_module_morphologies(draw):
+    """Return a strategy of bodies whose modules each have their own stiffness."""
+    faces = draw(st.lists(st.integers(1, 8), min_size=2, max_size=10))
+    levels = draw(st.lists(st.integers(1, 10), min_size=len(faces), max_size=len(faces)))
+    return Morphology(tuple(levels), tuple(faces))
+
+
 def evolved_controller(seed, n_mutations, n_inputs=2):
     """Return a random controller after a chain of mutations."""
     rng, neat = random.Random(seed), Neat(n_inputs=n_inputs)
@@ -109,6 +117,33 @@ class MadeUpEvaluator:
     def evaluate(self, solutions):
         for i in reversed(range(0, len(solutions), 3)):
             yield [made_up_evaluation(s, failing=0.1) for s in solutions[i : i + 3]]
+
+
+def evaluate(solutions, salt=0, failing=0.0):
+    """Evaluate solutions with made-up figures."""
+    return [made_up_evaluation(s, salt=salt, failing=failing) for s in solutions]
+
+
+def generation(algorithm, salt=0, failing=0.0):
+    """Work through one generation and return its evaluations."""
+    evaluations = evaluate(algorithm.ask(), salt, failing)
+    algorithm.tell(evaluations)
+    return evaluations
+
+
+def sensed(evaluations):
+    """Return the (n, 320) positions that evaluations are described by."""
+    return np.array([e.trajectory.astype(float).ravel() for e in evaluations])
+
+
+def describe(algorithm, evaluations):
+    """Return what the state says the descriptors of evaluations are, whether inside, and their cells."""
+    s = {k: np.array(v) for k, v in algorithm.state()["descriptor"].items()}
+    described = (sensed(evaluations) - s["mean"]) / s["scale"] @ s["components"].T
+    upper = s["lower"] + s["width"] * np.array([9, 10])
+    inside = ((described >= s["lower"]) & (described < upper)).all(axis=1)
+    cells = np.floor((described - s["lower"]) / s["width"]).astype(int)
+    return described, inside, [tuple(map(int, c)) for c in cells]
 
 
 def held(archives):

@@ -6,10 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.robot import Physics
+from engine.run import create_algorithm
 from engine.timestep import with_inertia
 
 NAN, INF = float("nan"), float("inf")
@@ -22,6 +24,18 @@ configs = st.builds(
     batch_size=st.integers(1, 50).map(lambda n: 2 * n),
     refit_generations=st.sets(st.integers(1, 5000)).map(lambda s: (0, *sorted(s))),
     sensory=st.sampled_from(["positions", "displacements"]),
+    cell_capacity=st.integers(1, 1000),
+    stiffness=st.sampled_from(["shared", "per-module"]),
+    vie_neat=st.builds(
+        VieNeatConfig,
+        morphologies=st.integers(2, 100),
+        mutants=st.integers(1, 100),
+        boundary_rate=st.floats(0.01, 1.0),
+        controllers=st.integers(31, 100),
+        elitism=st.integers(0, 10),
+        species_elitism=st.integers(0, 3),
+        compatibility_threshold=positive,
+    ),
     seed=st.integers(0, 2**32 - 1),
     trials=st.builds(
         TrialConfig,
@@ -55,6 +69,20 @@ def test_the_paper_preset_is_the_published_experiment():
     assert (c.trials.settle_time, c.trials.open_loop_time, c.trials.trial_time) == (3.0, 10.0, 40.0)
     assert c.physics.servo_noise == 0.00035
     assert c.physics.inertia_scale == 10.0
+
+
+def test_a_deep_grid_is_dm_me_s():
+    assert dataclasses.replace(preset("paper"), cell_capacity=50).algorithm == "dm-me"
+    with pytest.raises(InvalidData, match="cell_capacity above 1 is for dm-me only; map-elites has no"):
+        RunConfig(algorithm="map-elites", cell_capacity=50)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("options", [{"algorithm": "map-elites"}, {"stiffness": "per-module"}], ids=str)
+def test_presets_are_for_every_algorithm(name, options):
+    config = dataclasses.replace(preset(name), **options)
+    assert from_json(json.loads(json.dumps(to_json(config)))) == config
+    assert len(create_algorithm(config).ask()) == config.initial
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -96,6 +124,11 @@ def test_whole_numbers_are_read_where_fractions_are_expected():
         {"task": ["goal-reaching"]},
         {"algorithm": "hill-climbing"},
         {"sensory": "smell"},
+        {"stiffness": "none"},
+        {"cell_capacity": 0},
+        {"cell_capacity": 1001},
+        {"cell_capacity": 1.5},
+        {"algorithm": "map-elites", "cell_capacity": 2},
         {"evaluations": 100.0},
         {"evaluations": "100"},
         {"evaluations": True},

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from made_up import examples, morphologies
+from made_up import examples, morphologies, per_module_morphologies
 from sklearn.decomposition import PCA
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -13,8 +13,11 @@ from sklearn.preprocessing import StandardScaler
 from engine.descriptors import (
     CONTROLLER_SHAPE,
     MORPHOLOGY_SHAPE,
+    PER_MODULE_SHAPE,
     TrajectoryDescriptor,
     morphology_cell,
+    morphology_shape,
+    n_possible_morphology_cells,
     sensory_data,
 )
 from engine.morphology import Morphology
@@ -53,6 +56,35 @@ def test_corners_of_the_morphology_archive():
 @given(morphologies)
 def test_faces_do_not_move_a_body_in_the_archive(m):
     assert morphology_cell(m) == morphology_cell(Morphology(m.stiffness_level, (1,) * m.n_modules))
+
+
+def test_a_body_of_unlike_modules_lies_where_its_softest_and_its_stiffest_say():
+    assert PER_MODULE_SHAPE == morphology_shape("per-module") == (9, 10, 10)
+    assert morphology_shape("shared") == MORPHOLOGY_SHAPE
+    assert morphology_cell(Morphology((4, 10, 1), (1, 1, 1))) == (1, 0, 9)
+    assert morphology_cell(Morphology((10, 1, 4), (1, 1, 1))) == (1, 0, 9)
+    assert morphology_cell(Morphology((7, 7), (1, 1))) == (0, 6, 6)
+    assert morphology_cell(Morphology((2,) * 9 + (3,), (8,) * 10)) == (8, 1, 2)
+
+
+@examples(50)
+@given(per_module_morphologies())
+def test_no_module_is_softer_than_the_softest(m):
+    _, softest, stiffest = morphology_cell(m)
+    assert 0 <= softest <= stiffest <= 9
+    assert {softest + 1, stiffest + 1} <= set(m.stiffness_levels)
+    assert all(softest < level <= stiffest + 1 for level in m.stiffness_levels)
+
+
+def test_possible_cells_are_those_that_bodies_reach():
+    reached = {
+        morphology_cell(Morphology((a, b) + (a,) * (n - 2), (1,) * n))
+        for n in range(2, 11)
+        for a in range(1, 11)
+        for b in range(1, 11)
+    }
+    assert len(reached) == n_possible_morphology_cells("per-module") == 495
+    assert n_possible_morphology_cells("shared") == 90
 
 
 def test_sensory_data_lists_targets_then_seconds_then_xy():

@@ -6,14 +6,14 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from expected_map import ExpectedMap, compete, numbers
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from made_up import examples, held, made_up_evaluation
-from sklearn.decomposition import PCA
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
+from made_up import describe, evaluate, examples, generation, held, made_up_evaluation
 
-from engine.algorithms.dm_me import MUTATIONS, PAPER_REFITS, DoubleMapMapElites, check_schedule
+from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.algorithms.map_search import PAPER_REFITS, check_schedule
+from engine.algorithms.variation import MUTATIONS
 from engine.errors import InvalidData
 
 REFITS = (0, 2, 5)
@@ -31,94 +31,28 @@ def create(seed=0, **changes):
     return DoubleMapMapElites(seed=seed, **(options | changes))
 
 
-def evaluate(solutions, salt=0, failing=0.0):
-    return [made_up_evaluation(s, salt=salt, failing=failing) for s in solutions]
-
-
-def generation(algorithm, salt=0, failing=0.0):
-    """Work through one generation and return its evaluations."""
-    evaluations = evaluate(algorithm.ask(), salt, failing)
-    algorithm.tell(evaluations)
-    return evaluations
-
-
-def sensed(evaluations):
-    return np.array([e.trajectory.astype(float).ravel() for e in evaluations])
-
-
-def describe(algorithm, evaluations):
-    """Return what the state says the descriptors of evaluations are, and whether they are inside."""
-    s = {k: np.array(v) for k, v in algorithm.state()["descriptor"].items()}
-    described = (sensed(evaluations) - s["mean"]) / s["scale"] @ s["components"].T
-    upper = s["lower"] + s["width"] * np.array([9, 10])
-    inside = ((described >= s["lower"]) & (described < upper)).all(axis=1)
-    cells = np.floor((described - s["lower"]) / s["width"]).astype(int)
-    return described, inside, [tuple(map(int, c)) for c in cells]
+def nothing_else(numbers):
+    """Recall evaluations where elites are all there is."""
+    assert not numbers
+    return {}
 
 
 class TwoMaps:
-    """What the two archives should hold, worked out with scikit-learn and tables of all candidates."""
+    """What the two archives should hold."""
 
     def __init__(self):
         self.morphology = {}
-        self.controller = {}
-        self.projection = None
-        self.refitted = self.rebounded = False
-        self.meaningful = True
+        self.trajectories = ExpectedMap(REFITS)
 
     def tell(self, number, evaluations):
         whole = [e for e in evaluations if e.fitness is not None]
         for e in whole:
             m = e.solution.morphology
-            self._compete(self.morphology, (m.n_modules - 2, m.stiffness_level - 1), e)
-        self.refitted = self.rebounded = False
-        elites = [e for _, e in sorted(self.controller.items())]
-        if self.projection is None:
-            if len(whole) < 2:
-                return
-            self._fit(whole)
-        elif number in REFITS and len(elites) >= 2:
-            self._fit(elites)
-            self._place(elites)
-        if not whole:
-            return
-        values = self.projection.transform(sensed(whole))
-        steps = (values - self.low) / self.step  # the smallest value is 0, the largest n - 1
-        if ((steps < -0.5) | (steps >= np.array([8.5, 9.5]))).any():
-            elites = [e for _, e in sorted(self.controller.items())]
-            self._cut(self.projection.transform(sensed([*elites, *whole])))
-            self._place(elites)
-        self._place(whole, into=self.controller)
-
-    def _fit(self, evaluations):
-        # with fewer points the second component is rounding error
-        self.meaningful &= len(evaluations) >= 4
-        self.projection = make_pipeline(StandardScaler(), PCA(n_components=2, svd_solver="full"))
-        self._cut(self.projection.fit_transform(sensed(evaluations)))
-        self.refitted = True
-
-    def _cut(self, values):
-        self.low = values.min(axis=0)
-        self.step = (values.max(axis=0) - self.low) / np.array([8, 9])
-        self.rebounded = True
-
-    def _place(self, evaluations, into=None):
-        into = {} if into is None else into
-        values = self.projection.transform(sensed(evaluations)) if evaluations else []
-        for e, v in zip(evaluations, values, strict=True):
-            self._compete(into, tuple(int(i) for i in np.rint((v - self.low) / self.step)), e)
-        self.controller = into
-
-    @staticmethod
-    def _compete(archive, cell, e):
-        candidates = [c for c in (archive.get(cell), e) if c is not None]
-        archive[cell] = min(candidates, key=lambda c: (c.fitness, c.solution.number))
+            compete(self.morphology, (m.n_modules - 2, m.stiffness_level - 1), e)
+        self.trajectories.tell(number, whole)
 
     def held(self):
-        return {
-            name: {cell: e.solution.number for cell, e in getattr(self, name).items()}
-            for name in ("morphology", "controller")
-        }
+        return {"morphology": numbers(self.morphology), "controller": numbers(self.trajectories.cells)}
 
 
 @examples(15)
@@ -132,7 +66,7 @@ def test_both_archives_hold_what_they_should(seed, failing):
         evaluations = evaluate(solutions, seed, failing)
         algorithm.tell(evaluations)
         expected.tell(number, evaluations)
-        assume(expected.meaningful)
+        assume(expected.trajectories.meaningful)
         assert held(algorithm.archives) == expected.held()
         assert algorithm.generation == number + 1
 
@@ -180,7 +114,7 @@ def test_both_reasons_for_moving_bounds_occur():
         algorithm, expected = create(seed), TwoMaps()
         for number in range(9):
             expected.tell(number, generation(algorithm, salt=seed))
-            seen[expected.refitted, expected.rebounded] += 1
+            seen[expected.trajectories.refitted, expected.trajectories.rebounded] += 1
     assert seen[True, True]
     assert seen[False, True]
     assert seen[False, False]
@@ -428,7 +362,7 @@ def test_a_restored_search_goes_on_identically(seed, n, failing, sensory):
     contents = {name: dict(archive) for name, archive in original.archives.items()}
     # the seed given here must not matter any more
     restored = create(seed + 1, sensory=sensory)
-    restored.restore(state, copy.deepcopy(contents))
+    restored.restore(state, copy.deepcopy(contents), nothing_else)
     assert restored.generation == n
     assert held(restored.archives) == held(original.archives)
     assert restored.state() == original.state()
@@ -449,7 +383,7 @@ def test_an_interrupted_generation_is_asked_for_again():
     state = json.loads(json.dumps(original.state()))
     contents = {name: dict(archive) for name, archive in original.archives.items()}
     lost = original.ask()
-    restored.restore(state, contents)
+    restored.restore(state, contents, nothing_else)
     assert repr(restored.ask()) == repr(lost)
 
 

@@ -4,14 +4,16 @@ import random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_up import examples, morphologies
+from made_up import examples, morphologies, per_module_morphologies
 
 from engine.errors import InvalidData
 from engine.morphology import Morphology, mutate_morphology, random_morphology
 
+anyone = morphologies | per_module_morphologies()
+
 
 @examples(100)
-@given(morphologies)
+@given(anyone)
 def test_json_round_trip_is_lossless(m):
     assert Morphology.from_json(json.loads(json.dumps(m.to_json()))) == m
 
@@ -69,6 +71,13 @@ def test_faces_are_a_tuple():
         {"stiffness_level": float("nan"), "faces": [1, 2]},
         {"stiffness_level": 10**400, "faces": [1, 2]},
         {"stiffness_level": 5, "faces": [[1], {}]},
+        {"stiffness_level": [5], "faces": [1, 2]},
+        {"stiffness_level": [5, 5, 5], "faces": [1, 2]},
+        {"stiffness_level": [5, 11], "faces": [1, 2]},
+        {"stiffness_level": [5, 5.0], "faces": [1, 2]},
+        {"stiffness_level": [5, [5]], "faces": [1, 2]},
+        {"stiffness_level": {"0": 5, "1": 5}, "faces": [1, 2]},
+        {"stiffness_level": [], "faces": []},
     ],
 )
 def test_malformed_json_is_refused(data):
@@ -77,7 +86,7 @@ def test_malformed_json_is_refused(data):
 
 
 @examples(100)
-@given(morphologies, st.integers(0, 2**32))
+@given(anyone, st.integers(0, 2**32))
 def test_mutation_stays_in_range_and_leaves_the_parent_alone(parent, seed):
     before = parent.to_json()
     rng = random.Random(seed)
@@ -85,6 +94,7 @@ def test_mutation_stays_in_range_and_leaves_the_parent_alone(parent, seed):
     for _ in range(10):
         # out of range raises
         child = mutate_morphology(child, rng)
+        assert child.stiffness_mode == parent.stiffness_mode
     assert parent.to_json() == before
     assert mutate_morphology(parent, random.Random(seed)) == mutate_morphology(parent, random.Random(seed))
 
@@ -140,3 +150,86 @@ def test_random_morphologies_are_uniform_and_reproducible():
         assert set(values) == set(kinds)
     again = random.Random(5)
     assert [random_morphology(again) for _ in range(50)] == drawn[:50]
+
+
+# ---- a stiffness for each module
+
+
+def test_what_a_body_of_unlike_modules_says_of_itself():
+    m = Morphology((3, 10, 1), (1, 8, 4))
+    assert m.to_json() == {"stiffness_level": [3, 10, 1], "faces": [1, 8, 4]}
+    assert m.stiffness_levels == (3, 10, 1)
+    assert m.stiffnesses == pytest.approx((0.3, 1.0, 0.1))
+    assert m.stiffness == pytest.approx(1.4 / 3)
+    assert m.stiffness_text == "0.3 1.0 0.1"
+    assert m.stiffness_mode == "per-module"
+
+
+def test_shared_stiffness_is_that_of_every_module():
+    m = Morphology(3, (1, 8, 4))
+    assert (m.stiffness_levels, m.stiffness_text, m.stiffness_mode) == ((3, 3, 3), "0.3", "shared")
+    # equal stiffnesses that may part are another genotype
+    assert m != Morphology((3, 3, 3), (1, 8, 4))
+
+
+@examples(100)
+@given(per_module_morphologies(), st.integers(0, 2**32))
+def test_a_module_takes_its_stiffness_along(parent, seed):
+    """Modules that were not drawn for a mutation stay what they were, also where one comes or goes."""
+    child = mutate_morphology(parent, random.Random(seed))
+    before, after = (list(zip(m.stiffness_level, m.faces, strict=True)) for m in (parent, child))
+    at_places = range(max(len(before), len(after)))
+    if len(after) > len(before):
+        aligned = [[*after[:i], *after[i + 1 :]] for i in at_places]
+        pairs = [list(zip(before, a, strict=True)) for a in aligned]
+    elif len(after) < len(before):
+        aligned = [[*before[:i], *before[i + 1 :]] for i in at_places]
+        pairs = [list(zip(b, after, strict=True)) for b in aligned]
+    else:
+        pairs = [list(zip(before, after, strict=True))]
+    # a local mutation changes one of the two genes only
+    assert any(all(b[0] == a[0] or b[1] == a[1] for b, a in pairing) for pairing in pairs)
+
+
+def test_frequencies_of_mutations_of_unlike_modules():
+    rng = random.Random(11)
+    parent = Morphology((5,) * 6, (3,) * 6)
+    n = 20_000
+    children = [mutate_morphology(parent, rng) for _ in range(n)]
+    grown = [c for c in children if c.n_modules == 7]
+    shrunk = [c for c in children if c.n_modules == 5]
+    same_size = [c for c in children if c.n_modules == 6]
+    # a tenth each; five standard deviations are 0.011
+    assert len(grown) / n == pytest.approx(0.1, abs=0.011)
+    assert len(shrunk) / n == pytest.approx(0.1, abs=0.011)
+    modules = [pair for c in same_size for pair in zip(c.stiffness_level, c.faces, strict=True)]
+
+    # 0.2 of either gene are redrawn, a tenth or an eighth of these gives the same value again
+    levels, faces = zip(*modules, strict=True)
+    assert 1 - levels.count(5) / len(levels) == pytest.approx(0.2 * 9 / 10, abs=0.006)
+    assert 1 - faces.count(3) / len(faces) == pytest.approx(0.2 * 7 / 8, abs=0.006)
+    assert not any(level != 5 and face != 3 for level, face in modules)
+    # an inserted module has a level of its own, redrawn or not: nine tenths differ from the others
+    changed = sum(level != 5 for c in grown for level in c.stiffness_level)
+    assert changed / len(grown) == pytest.approx(0.9 + 6 * 0.18, abs=0.11)
+
+
+@pytest.mark.parametrize(("n", "forbidden"), [(2, 1), (10, 11)])
+def test_unlike_modules_at_the_limits(n, forbidden):
+    rng = random.Random(3)
+    parent = Morphology((5,) * n, (1,) * n)
+    sizes = {mutate_morphology(parent, rng).n_modules for _ in range(500)}
+    assert forbidden not in sizes
+    assert len(sizes) == 2
+
+
+def test_random_modules_have_independent_levels():
+    rng = random.Random(5)
+    drawn = [random_morphology(rng, "per-module") for _ in range(3000)]
+    levels = [level for m in drawn for level in m.stiffness_level]
+    p = 1 / 10
+    five_sigma = 5 * (len(levels) * p * (1 - p)) ** 0.5
+    assert all(abs(levels.count(k) - len(levels) * p) < five_sigma for k in range(1, 11))
+    # two neighbours are equal by chance only
+    equal = sum(m.stiffness_level[0] == m.stiffness_level[1] for m in drawn) / len(drawn)
+    assert equal == pytest.approx(0.1, abs=0.028)

@@ -12,7 +12,15 @@ from engine import servo
 from engine import tensegrity as t
 from engine.errors import InvalidData
 from engine.morphology import Morphology
-from engine.robot import Physics, build_robot, build_spec, face_rods, module_placements, with_walls
+from engine.robot import (
+    Physics,
+    body_fingerprint,
+    build_robot,
+    build_spec,
+    face_rods,
+    module_placements,
+    with_walls,
+)
 from engine.walls import Wall
 
 WEIGHT = 0.025 * 9.81
@@ -47,6 +55,20 @@ def test_passive_cables_have_the_stiffness_of_the_genotype():
         assert len(passive) == 48
         np.testing.assert_allclose(model.tendon_stiffness[passive], 115.2 * level / 10)
         np.testing.assert_allclose(model.tendon_lengthspring[passive], [[0.0, 0.02067]] * len(passive))
+
+
+def test_each_module_may_have_a_stiffness_of_its_own():
+    levels = (3, 10, 1)
+    unlike = build_robot(Morphology(levels, (1, 2, 3)), Physics()).model
+    for i, level in enumerate(levels):
+        passive = [k for k in range(unlike.ntendon) if unlike.tendon(k).name.startswith(f"m{i}_cable_")]
+        assert len(passive) == 24
+        np.testing.assert_allclose(unlike.tendon_stiffness[passive], 115.2 * level / 10)
+
+
+def test_modules_that_happen_to_be_equally_stiff_make_the_same_robot():
+    shared, own = (build_spec(Morphology(m, (1, 2, 3)), physics=Physics()) for m in (4, (4, 4, 4)))
+    assert own.to_xml() == shared.to_xml()
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.5, 10.0])
@@ -164,7 +186,7 @@ def test_impossible_physics_is_refused(changes):
 
 
 def test_time_steps_per_control_period():
-    assert Physics().steps_per_control == 4
+    assert Physics().steps_per_control == 8
     assert Physics(timestep=0.005, control_period=0.1).steps_per_control == 20
     assert dataclasses.replace(Physics(), timestep=0.02).steps_per_control == 1
 
@@ -201,3 +223,13 @@ def test_only_the_actuated_faces_approach_each_other():
     change = np.subtract(*distances)
     assert change[0] > 1.0
     assert np.abs(change[1:]).max() < 0.5 * change[0]
+
+
+def test_the_fingerprint_tells_bodies_apart(monkeypatch):
+    before = body_fingerprint()
+    assert body_fingerprint() == before
+    body_fingerprint.cache_clear()
+    monkeypatch.setattr(t, "CABLE_DAMPING", 0.71)
+    changed = body_fingerprint()
+    body_fingerprint.cache_clear()
+    assert changed != before

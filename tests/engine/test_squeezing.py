@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from made_up import TINY, a_view, evolved_controller
@@ -225,13 +226,15 @@ def test_replays_exports_and_verification_repeat_the_evaluation(run, tmp_path):
 
 
 def test_a_failure_among_walls_is_dumped_with_them(tmp_path):
+    # one command in 2000 is beyond what MuJoCo takes for a number; those before make the robots twitch
+    wild = Physics(servo_noise=mujoco.mjMAXVAL / 3.5)
     kept = []
-    evaluate(SOLUTIONS, physics=Physics(impratio=1e12), keep=lambda failed: kept.append(failed) or "")
+    evaluate(SOLUTIONS, physics=wild, keep=lambda failed: kept.append(failed) or "")
     among = [f for f in kept if f.stage == "trial"]
-    assert among
+    assert len(among) >= 2
     for failed in among:
         path = tmp_path / "a.tsdump"
-        write_dump(Dump("squeezing", Physics(impratio=1e12), 3, failed, {}), path)
+        write_dump(Dump("squeezing", wild, 3, failed, {}), path)
         dump = read_dump(path)
         assert dump.failed.walls == failed.walls
         assert len(failed.walls) == 5
@@ -239,4 +242,6 @@ def test_a_failure_among_walls_is_dumped_with_them(tmp_path):
         assert len(failed.failure.controls) <= failed.failure.n_updates - 30
         replay = DumpReplay(dump)
         replay.advance()
+        assert replay.walls == failed.walls
         assert replay.reproduced is True
+    assert max(len(f.failure.controls) for f in among) > 5

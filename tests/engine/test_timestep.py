@@ -19,7 +19,7 @@ from engine.timestep import check_timestep, largest_timestep, with_inertia
 def test_another_inertia_comes_with_a_time_step_that_fits(scale, timestep):
     physics = with_inertia(Physics(timestep=timestep), scale)
     assert physics.inertia_scale == scale
-    assert physics.timestep <= largest_timestep(scale) * (1 + 1e-6)
+    assert physics.timestep <= largest_timestep(physics) * (1 + 1e-6)
     check_timestep(physics)
     RunConfig(physics=physics)
 
@@ -35,24 +35,37 @@ def test_impossible_inertia_is_refused(scale):
 
 
 def test_a_run_refuses_a_time_step_that_its_inertia_does_not_stand():
-    with pytest.raises(InvalidData, match=r"too large for inertia_scale 1.*fits is 0\.0015384"):
+    with pytest.raises(InvalidData, match=r"too large for inertia_scale 1,.*fits is 0\.00037037"):
         RunConfig(physics=Physics(inertia_scale=1.0))
     with pytest.raises(InvalidData, match="too large"):
         RunConfig(physics=Physics(timestep=0.02))
-    assert RunConfig(physics=Physics(inertia_scale=1.0, timestep=0.001)).physics.timestep == 0.001
+    assert RunConfig(physics=Physics(inertia_scale=1.0, timestep=0.00025)).physics.timestep == 0.00025
+
+
+def test_a_run_refuses_contacts_that_its_time_step_does_not_resolve():
+    with pytest.raises(InvalidData, match=r"contact_time 0\.008 and contact_damping 0\.5.*fits is 0\.002$"):
+        RunConfig(physics=Physics(contact_time=0.008, contact_damping=0.5))
+    assert RunConfig(physics=Physics(contact_time=0.01, contact_damping=0.5)).physics.contact_time == 0.01
+
+
+def test_the_real_inertia_has_no_scaled_rods():
+    real = with_inertia(Physics(), 1.0)
+    assert (real.inertia_scale, real.rod_inertia) == (1.0, 1.0)
+    assert with_inertia(Physics(), 2.0).rod_inertia == Physics().rod_inertia
 
 
 @pytest.mark.parametrize("n_modules", [2, 10])
-def test_the_largest_time_step_holds_at_the_real_inertia_and_twice_it_does_not(n_modules):
+def test_the_largest_time_step_has_some_margin_but_not_much(n_modules):
+    assert 0.02 / 8 < largest_timestep(Physics()) < 0.02 / 7
     bodies = [Morphology(level, (1, 4) * (n_modules // 2)) for level in (1, 10)]
     solutions = [
         Solution(number=k, morphology=body, controller=evolved_controller(k, 0))
         for k, body in enumerate(bodies)
     ]
-    for timestep, failing in ((0.02 / 13, set()), (0.02 / 6, {1})):
+    for steps, failing in ((7, set()), (6, {1})):
         evaluator = LocalEvaluator(
             task=dataclasses.replace(GOAL_REACHING, target_bearings=(0.5,)),
-            physics=Physics(inertia_scale=1.0, timestep=timestep),
+            physics=Physics(timestep=0.02 / steps),
             trials=TrialConfig(repeats=1, settle_time=1.0, open_loop_time=0.4, trial_time=2.0),
             run_seed=0,
             n_threads=2,

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 import random
 from xml.etree import ElementTree
@@ -7,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.controller import Neat
+from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.tasks import bearing_name
 from viz import network_diagram, robot_card
@@ -41,6 +43,19 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
 
 
 @pytest.mark.parametrize(
+    ("operator", "said"),
+    [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],
+)
+def test_card_says_whom_a_robot_descends_from(small_reader: RunReader, operator: str, said: str) -> None:
+    evaluation = small_reader.evaluation(0)
+    solution = dataclasses.replace(evaluation.solution, parent=7, operator=operator)
+    card = robot_card.render(
+        small_reader.config, dataclasses.replace(evaluation, solution=solution), "there", 3
+    )
+    assert said in card
+
+
+@pytest.mark.parametrize(
     ("bearing", "name"),
     [(math.pi / 2, "90° left"), (-math.pi / 4, "45° right"), (0.0, "straight ahead")],
 )
@@ -61,3 +76,16 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     assert sum("freq." in (t or "") for t in texts) == n_modules
     direct = [c for c in controller.connections if c.enabled and c.target in outputs]
     assert len(list(svg.iter("line"))) >= len(direct)
+
+
+def test_card_lists_unlike_stiffnesses(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(0)
+    own = dataclasses.replace(
+        evaluation, solution=dataclasses.replace(evaluation.solution, morphology=Morphology((3, 10), (1, 2)))
+    )
+    assert "0.3 1.0 (first to last)" in robot_card.render(small_reader.config, own, "", 3)
+    shared = Morphology(3, (1, 2))
+    same = dataclasses.replace(
+        evaluation, solution=dataclasses.replace(evaluation.solution, morphology=shared)
+    )
+    assert "0.3 · 34.6 N/m" in robot_card.render(small_reader.config, same, "", 3)

@@ -1,0 +1,140 @@
+"""What DM-ME and MAP-Elites share: random solutions first, then mutants of elites, batch by batch."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from engine.algorithms.base import Algorithm, Recall
+from engine.algorithms.maps import TrajectoryMap
+from engine.algorithms.variation import Variation
+from engine.archive import Cell
+from engine.errors import InvalidData
+from engine.evaluation import Evaluation, Solution
+from engine.morphology import StiffnessMode
+
+PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
+
+
+def check_schedule(evaluations: int, initial: int, batch_size: int, refit_generations: Sequence[int]) -> None:
+    """Check that the numbers of a schedule fit together.
+
+    Raises:
+        InvalidData: they contradict each other; the message says which.
+    """
+    if evaluations < 2:
+        raise InvalidData(f"evaluations must be at least 2, not {evaluations}")
+    if not 2 <= initial <= evaluations:
+        raise InvalidData(f"initial ({initial}) must be from 2 to evaluations ({evaluations})")
+    if batch_size < 2 or batch_size % 2:
+        raise InvalidData(f"batch_size must be an even number from 2, not {batch_size}")
+    if 0 not in refit_generations or min(refit_generations) < 0:
+        raise InvalidData("refit_generations must include 0 and not be negative")
+
+
+class MapSearch(Algorithm):
+    """A search whose parents are drawn from archives, one of them a ``TrajectoryMap``.
+
+    Solutions stay random until there are two evaluations to project. Nothing but the generator of
+    ``variation`` is drawn from, in an order that depends on the evaluations alone.
+
+    Args:
+        n_inputs: what the controllers sense.
+        n_initial: random solutions of generation 0.
+        batch_size: solutions per later generation, an even number.
+        refit_generations: when standardiser and PCA are fitted anew.
+        stiffness: whether a body's modules share one stiffness.
+        seed: of all the algorithm's draws.
+        budget: total number of solutions; the last generation may be smaller.
+
+    Raises:
+        InvalidData: the numbers contradict each other.
+    """
+
+    _trajectories: TrajectoryMap
+    """Set by the constructor of a subclass."""
+
+    def __init__(
+        self,
+        *,
+        n_inputs: int,
+        n_initial: int,
+        batch_size: int,
+        refit_generations: Sequence[int],
+        stiffness: StiffnessMode,
+        seed: int,
+        budget: int,
+    ) -> None:
+        check_schedule(budget, n_initial, batch_size, refit_generations)
+        self._n_initial = n_initial
+        self._batch_size = batch_size
+        self._stiffness = stiffness
+        self._budget = budget
+        self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed)
+        self._generation = 0
+        self._asked: list[Solution] = []
+
+    @property
+    def generation(self) -> int:
+        """Number of completed generations."""
+        return self._generation
+
+    def ask(self) -> list[Solution]:
+        """Return the random solutions of generation 0, then mutants of elites."""
+        if self._asked:
+            raise ValueError("tell the evaluations of the last ask first")
+        remaining = self._budget - self._variation.n_drawn
+        if remaining <= 0:
+            return []
+        self._variation.new_generation()
+        if not self._trajectories.fitted:
+            n = min(self._n_initial, remaining)
+            self._asked = [self._variation.random() for _ in range(n)]
+        else:
+            self._asked = self._mutants(min(self._batch_size, remaining))
+        return list(self._asked)
+
+    def tell(self, evaluations: Sequence[Evaluation]) -> None:
+        """Offer every evaluation to every archive."""
+        ordered = sorted(evaluations, key=lambda e: e.solution.number)
+        if not self._asked or [e.solution for e in ordered] != self._asked:
+            raise ValueError("tell takes the evaluations of exactly the solutions asked for")
+        self._asked = []
+        self._offer([e for e in ordered if e.fitness is not None])
+        self._generation += 1
+
+    def state(self) -> dict[str, Any]:
+        """Return the generation, the random state, NEAT's counters and the descriptor."""
+        return {
+            "generation": self._generation,
+            **self._variation.state(),
+            "descriptor": self._trajectories.state(),
+        }
+
+    def restore(
+        self,
+        state: dict[str, Any],
+        contents: Mapping[str, Mapping[Cell, Evaluation]],
+        recall: Recall,  # noqa: ARG002
+    ) -> None:
+        """Go back to the end of a generation."""
+        self._generation = state["generation"]
+        self._variation.restore(state)
+        self._trajectories.restore(state["descriptor"])
+        for name, archive in self.archives.items():
+            archive.reinsert(contents[name].items())
+        self._asked = []
+
+    def _sample(self, archive: str, n: int) -> list[Solution]:
+        """Draw parents from an archive and mutate each."""
+        parents = self.archives[archive].sample(n, self._variation.rng)
+        return [self._variation.mutate(parent.solution, archive) for parent in parents]
+
+    @abc.abstractmethod
+    def _mutants(self, n: int) -> list[Solution]:
+        """Return n mutants of individuals of the archives."""
+
+    @abc.abstractmethod
+    def _offer(self, whole: Sequence[Evaluation]) -> None:
+        """Offer the evaluations of this generation that did not fail to the archives."""

@@ -1,0 +1,99 @@
+"""How new solutions come about: random ones, mutants, and the random state behind both."""
+
+from __future__ import annotations
+
+import random
+from typing import Any, Final
+
+from engine.controller import Neat
+from engine.evaluation import Solution
+from engine.morphology import StiffnessMode, mutate_morphology, random_morphology
+
+MUTATIONS: Final = ("morphology", "controller", "both")
+
+
+def rng_state(rng: random.Random) -> list[Any]:
+    """Return a generator's state, JSON-ready."""
+    version, internal, gauss = rng.getstate()
+    return [version, list(internal), gauss]
+
+
+def restore_rng(rng: random.Random, state: Any) -> None:
+    """Set a generator to what ``rng_state`` returned.
+
+    Raises:
+        ValueError, TypeError: it is no such state.
+    """
+    version, internal, gauss = state
+    rng.setstate((version, tuple(internal), gauss))
+
+
+class Variation:
+    """Draws solutions and numbers them.
+
+    Args:
+        n_inputs: what the controllers sense.
+        stiffness: whether a body's modules share one stiffness.
+        seed: of all draws.
+    """
+
+    def __init__(self, *, n_inputs: int, stiffness: StiffnessMode, seed: int) -> None:
+        self.rng = random.Random(seed)
+        """The one generator of an algorithm: whatever else it draws comes from here too."""
+        self._stiffness = stiffness
+        self._neat = Neat(n_inputs=n_inputs)
+        self._n_drawn = 0
+
+    @property
+    def n_drawn(self) -> int:
+        """Number of solutions so far; the next one's number."""
+        return self._n_drawn
+
+    def new_generation(self) -> None:
+        """Say that equal innovations of NEAT no longer share a number with those so far."""
+        self._neat.new_generation()
+
+    def random(self) -> Solution:
+        """Draw a solution: a body and a controller, independently."""
+        return Solution(
+            number=self._next_number(),
+            morphology=random_morphology(self.rng, self._stiffness),
+            controller=self._neat.random(self.rng),
+        )
+
+    def mutate(self, parent: Solution, source: str) -> Solution:
+        """Return a mutant: body, controller or both with equal probability, until something changed.
+
+        Args:
+            parent: what to mutate.
+            source: name of the archive that it was drawn from.
+        """
+        operator = self.rng.choice(MUTATIONS)
+        morphology, controller = parent.morphology, parent.controller
+        while (morphology, controller) == (parent.morphology, parent.controller):
+            if operator != "controller":
+                morphology = mutate_morphology(parent.morphology, self.rng)
+            if operator != "morphology":
+                controller = self._neat.mutate(parent.controller, self.rng)
+        return Solution(
+            number=self._next_number(),
+            morphology=morphology,
+            controller=controller,
+            parent=parent.number,
+            operator=operator,
+            source=source,
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Return what ``restore`` needs, JSON-ready."""
+        return {"n_asked": self._n_drawn, "rng": rng_state(self.rng), "neat": self._neat.state()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to what ``state`` returned; other keys are left alone."""
+        self._n_drawn = state["n_asked"]
+        restore_rng(self.rng, state["rng"])
+        self._neat.restore(state["neat"])
+
+    def _next_number(self) -> int:
+        self._n_drawn += 1
+        return self._n_drawn - 1

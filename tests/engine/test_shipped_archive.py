@@ -1,0 +1,53 @@
+"""Old run files mean what they meant: their search is repeated with the evaluations that they hold."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from made_up import held
+
+import engine.run
+from engine.reader import RunReader
+
+SHIPPED = Path(__file__).parents[2] / "saved_archives" / "goal-reaching-dm-me.tsmr"
+
+
+@pytest.fixture
+def reader():
+    with RunReader(SHIPPED) as r:
+        yield r
+
+
+def test_the_same_solutions_are_asked_for_and_placed_where_they_were(reader):
+    known = {e.solution.number: e for e in reader.all_evaluations()}
+    algorithm = engine.run.create_algorithm(reader.config)
+    while solutions := algorithm.ask():
+        evaluations = [known[s.number] for s in solutions]
+        assert [e.solution for e in evaluations] == solutions
+        algorithm.tell(evaluations)
+        for name, cells in held(algorithm.archives).items():
+            assert cells == reader.placements(name, algorithm.generation - 1)
+    assert algorithm.generation == reader.last_generation() + 1
+    assert json.loads(json.dumps(algorithm.state())) == reader.algorithm_state()
+
+
+def test_it_says_nothing_of_newer_options_and_has_their_defaults(reader):
+    assert (reader.config.algorithm, reader.config.cell_capacity, reader.config.stiffness) == (
+        "dm-me",
+        1,
+        "shared",
+    )
+    last = reader.last_generation()
+    for name in ("morphology", "controller"):
+        placed = reader.placements(name, last)
+        assert reader.members(name) == {cell: [n] for cell, n in placed.items()}
+
+
+def test_resuming_a_finished_one_changes_nothing(tmp_path):
+    path = shutil.copy(SHIPPED, tmp_path / "old.tsmr")
+    with RunReader(path) as before:
+        hash_before = before.canonical_hash()
+    engine.run.resume(Path(path))
+    with RunReader(path) as after:
+        assert after.canonical_hash() == hash_before
