@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import shlex
 import signal
 import sys
 from collections.abc import Sequence
@@ -24,6 +25,7 @@ from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.export import export_files, write_folder
 from engine.reader import Generation, RunReader
 from engine.records import cell_name, parse_cell
+from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
 
 USAGE_ERROR = 2
@@ -50,8 +52,15 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _parse(arguments: list[str]) -> c.Command:
-    """Parse a command line; the defaults of ``evolve`` are those of the preset it names."""
-    config = preset(_named_preset(arguments))
+    """Parse a command line; the defaults of ``evolve`` are those of the preset it names.
+
+    Raises:
+        InvalidData: there is no such preset.
+        TaskError: the task file that it names has an error.
+    """
+    config = preset(_named(arguments, "--preset", "quick"))
+    if arguments[0] == "evolve":
+        arguments = _with_task_loaded(arguments)
     evolve = Annotated[
         c.Evolve,
         tyro.conf.subcommand("evolve", default=c.Evolve(run=tyro.MISSING, preset="quick", config=config)),
@@ -73,10 +82,20 @@ def _parse(arguments: list[str]) -> c.Command:
     )
 
 
-def _named_preset(arguments: list[str]) -> str:
+def _named(arguments: list[str], flag: str, default: str) -> str:
+    """Return the value of a flag, found before anything else is parsed."""
     finder = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    finder.add_argument("--preset", nargs="?", default="quick", const="quick")
-    return finder.parse_known_args(arguments)[0].preset
+    finder.add_argument(flag, dest="value", nargs="?", default=default, const=default)
+    return str(finder.parse_known_args(arguments)[0].value)
+
+
+def _with_task_loaded(arguments: list[str]) -> list[str]:
+    """Load the task file that a command line names, and return the line with the task's name instead."""
+    file = _named(arguments, "--task", "")
+    if not file.endswith(".py"):
+        return arguments
+    name = load_task(Path(file)).name
+    return [{file: name, f"--task={file}": f"--task={name}"}.get(a, a) for a in arguments]
 
 
 def _dispatch(command: c.Command, console: Console) -> None:
@@ -104,6 +123,9 @@ def _dispatch(command: c.Command, console: Console) -> None:
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
     _check_workers(workers)
+    # a task of the user's is found again only if they name its file
+    file = "" if config is None else get_task(config.task).file
+    prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
     try:
         with ProgressDisplay(console) as display:
             if config is None:
@@ -114,11 +136,11 @@ def _work(path: Path, workers: int, config: Any, console: Console) -> None:
                 run.evolve(path, config, n_threads=workers, observer=display.update)
     except KeyboardInterrupt:
         console.print(
-            f"Stopped. Everything finished is saved; go on with: tensatlas resume {path}",
+            f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",
             markup=False,
         )
         raise
-    console.print(f"Finished: {path}. Look at it with: tensatlas explore {path}", markup=False)
+    console.print(f"Finished: {path}. Look at it with: {prefix}tensatlas explore {path}", markup=False)
 
 
 def _check_workers(workers: int) -> None:
@@ -149,11 +171,14 @@ def _info(path: Path, as_json: bool) -> None:
             facts["hash"] = reader.canonical_hash()
             print(json.dumps(facts, indent=2))
             return
+        change = reader.task_change
     console = Console(highlight=False, soft_wrap=True)
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         console.print(f"{key:<12} {facts[key]}", markup=False)
     console.print(f"{'evaluations':<12} {facts['evaluations']} of {facts['budget']}", markup=False)
     console.print(f"{'failed':<12} {facts['failed']}", markup=False)
+    if change:
+        console.print(f"{'note':<12} {change}: results may differ", markup=False)
     for name, figures in _archive_facts(last).items():
         console.print(
             f"{name:<12} best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f}"

@@ -12,6 +12,7 @@ from app.evolution import NewRun, choices
 from app.widgets import put
 from engine.config import PRESETS, RunConfig
 from engine.evaluation import Evaluation
+from engine.tasks import get_task
 from viz import network_diagram, robot_card
 
 WIDTH = 330
@@ -144,7 +145,9 @@ class RobotPanel:
         self._welcome.visible = False
         self._card.content = robot_card.render(config, evaluation, where, entered)
         s = evaluation.solution
-        self._network.content = network_diagram.render(s.controller, s.morphology.n_modules)
+        self._network.content = network_diagram.render(
+            s.controller, s.morphology.n_modules, get_task(config.task).inputs
+        )
         self._export.disabled = False
 
     def show_no_robot(self) -> None:

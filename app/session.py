@@ -118,7 +118,9 @@ class Session:
         self._path, self._selection = path, None
         self._generations, self._follow_newest = [], True
         task = get_task(reader.config.task)
-        self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
+        self._transport.set_trials(task.target_names, reader.config.trials.repeats)
+        if change := reader.task_change:
+            self._notify("Another task", f"Note: {change}. Replays may differ from what was evaluated.")
         self._archives.offer(self._library.runs(), path)
         self._archives.show_changes(changed_versions(path))
         status = self._library.status(path)

@@ -14,7 +14,7 @@ from app.player import Player, current_frame
 from app.widgets import put
 from engine.dump_replay import DumpReplay
 from engine.replay import Replay
-from engine.tasks import bearing_name
+from engine.tasks import get_task, remaining_distance
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
@@ -114,9 +114,9 @@ class TransportPanel:
             if seed in self._seed.options and seed.isdecimal():
                 events.trial_chosen(self._targets.index(self._target.value), int(seed) - 1)
 
-    def set_trials(self, bearings: Sequence[float], repeats: int) -> None:
-        """Offer the trials of a run."""
-        self._targets = tuple(f"{k + 1}: {bearing_name(b)}" for k, b in enumerate(bearings))
+    def set_trials(self, targets: Sequence[str], repeats: int) -> None:
+        """Offer the trials of a run, towards targets with names."""
+        self._targets = tuple(f"{k + 1}: {name}" for k, name in enumerate(targets))
         if tuple(self._target.options) != self._targets:
             self._target.options = self._targets
         seeds = tuple(str(k + 1) for k in range(repeats))
@@ -184,14 +184,15 @@ def describe(player: Player) -> str:
         parts.append(f"head {100 * gap:.1f} cm from the target")
     if not isinstance(replay, Replay):
         return " · ".join(parts)
-    if replay.final_distance is not None:
+    if replay.score is not None:
         stored = float(replay.evaluation.distances[replay.target_index, replay.repeat])
         same = (
             "exactly as evaluated"
-            if replay.final_distance == stored
+            if replay.score == stored
             else (f"evaluated elsewhere as {100 * stored:.2f} cm")
         )
-        parts.append(f"{100 * replay.final_distance:.2f} cm at {replay.trial_time:.0f} s, {same}")
+        what = "" if get_task(replay.config.task).score is remaining_distance else "scores "
+        parts.append(f"{what}{100 * replay.score:.2f} cm at {replay.trial_time:.0f} s, {same}")
     elif replay.frames and replay.frames[-1].time < replay.trial_time - 0.1:
         parts.append(f"simulated to {max(replay.frames[-1].time, 0):.0f} s")
     return " · ".join(parts)

@@ -16,7 +16,7 @@ from engine.config import RunConfig
 from engine.evaluation import Evaluation
 from engine.motion import Motion
 from engine.robot import Physics
-from engine.tasks import bearing_name, get_task
+from engine.tasks import get_task
 from engine.verify import Samples, Verification
 
 
@@ -60,7 +60,7 @@ def _table(config: RunConfig, samples: Samples, recorded: Evaluation | None) -> 
     table.add_column(f"fresh noise x {n}{failed}: mean", justify="right")
     table.add_column("s.d.", justify="right")
     columns += _fresh_columns(config, samples)
-    names = ["f_s", *(f"to target {bearing_name(b)}" for b in task.target_bearings), "head of the chain"]
+    names = ["f_s", *(f"to target {name}" for name in task.target_names), "head of the chain"]
     for row in zip(names, *columns, strict=True):
         table.add_row(*row)
     return table

@@ -60,7 +60,7 @@ def replay(
     by_size = sorted(robots, key=lambda r: r.morphology.n_modules)
     for _, same_size in itertools.groupby(by_size, key=lambda r: r.morphology.n_modules):
         group = list(same_size)
-        models = build_robots([r.morphology for r in group], GOAL_REACHING, physics)
+        models = build_robots([r.morphology for r in group], physics)
         loop = ClosedLoop(
             settle(models, physics=physics, n_threads=n_threads),
             models,

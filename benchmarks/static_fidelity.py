@@ -52,7 +52,7 @@ class Body:
     """
 
     def __init__(self, morphology: Any, physics: Physics, *, gravity: bool) -> None:
-        self.robot: RobotModel = build_robot(morphology, physics, (), gravity)
+        self.robot: RobotModel = build_robot(morphology, physics, gravity=gravity)
         self._data = mujoco.MjData(self.robot.model)
 
     def hold(self, command: float | None) -> None:

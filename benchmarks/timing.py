@@ -106,7 +106,7 @@ def simulate(
     build_robot.cache_clear()
     offsets = np.resize(target_offsets(GOAL_REACHING), (1, copies, 2))
     with timed() as clock:
-        robots = build_robots([morphology], GOAL_REACHING, physics)
+        robots = build_robots([morphology], physics)
         loop = ClosedLoop(
             settle(robots, physics=physics, n_threads=n_threads, duration=settle_time),
             robots,

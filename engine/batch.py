@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import mujoco
 import numpy as np
 from mujoco import batch
 
@@ -22,13 +23,23 @@ class SimulationBatch:
         copies: simulations per robot.
         physics: time step and control period.
         n_threads: threads inside MuJoCo.
+        models: the model of every simulation, robot by robot, in worlds with equally many walls; by
+            default the robots' own.
     """
 
     def __init__(
-        self, robots: Sequence[RobotModel], *, copies: int, physics: Physics, n_threads: int
+        self,
+        robots: Sequence[RobotModel],
+        *,
+        copies: int,
+        physics: Physics,
+        n_threads: int,
+        models: Sequence[mujoco.MjModel] | None = None,
     ) -> None:
-        self._batch = batch.Batch(robots[0].model, len(robots) * copies, n_threads)
-        self._batch.set_models([r.model for r in robots for _ in range(copies)])
+        self._same_world = models is None
+        models = [r.model for r in robots for _ in range(copies)] if models is None else models
+        self._batch = batch.Batch(models[0], len(models), n_threads)
+        self._batch.set_models(models)
         self._batch.reset()
         self._physics = physics
         self.shape = (len(robots), copies)
@@ -73,16 +84,31 @@ class SimulationBatch:
         copy = np.arange(self.shape[1])[None, :, None, None]
         return self.qpos[robot, copy, columns[:, None]]
 
+    def all_rods(self) -> np.ndarray:
+        """Return (robots, copies, modules, 6, 3) centres of all rods, in m."""
+        return self.qpos[..., self._xyz]
+
+    @property
+    def alive(self) -> np.ndarray:
+        """(robots, copies) whether a simulation goes on."""
+        return self._alive.reshape(self.shape)
+
     def state(self) -> np.ndarray:
         """Return a copy of the (robots, copies, n) complete states."""
         return self._batch.state.reshape(*self.shape, -1).copy()
 
     def branch(self, other: SimulationBatch) -> None:
-        """Continue from another batch's robots, whose only copy is copied to all of this one's."""
+        """Continue from another batch's robots, whose only copy is copied to all of this one's.
+
+        In a world with walls, which the other batch has not, the robots' past cannot be simulated again
+        and is forgotten.
+        """
         self._batch.state[:] = np.repeat(other._batch.state, self.shape[1], axis=0)
         self.n_updates = other.n_updates
         self.failures = [f for f in other.failures for _ in range(self.shape[1])]
         self._history.branch(other._history, self.shape[1])
+        if not self._same_world:
+            self._history.begin(self.n_updates)
         self._alive[:] = np.repeat(other._alive, self.shape[1])
 
     def step(self, lengths: np.ndarray) -> None:

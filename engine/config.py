@@ -17,7 +17,6 @@ from engine.robot import Physics
 from engine.tasks import get_task
 from engine.timestep import check_timestep
 
-TaskName = Literal["goal-reaching"]
 AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
 
@@ -29,8 +28,8 @@ class RunConfig:
         InvalidData: numbers that contradict each other.
     """
 
-    task: TaskName = "goal-reaching"
-    """What the robots are asked to do."""
+    task: str = "goal-reaching"
+    """What the robots are asked to do: goal-reaching, squeezing, or a Python file with a task of your own."""
     algorithm: AlgorithmName = "dm-me"
     """How bodies and controllers are searched."""
     evaluations: int = 45_000
@@ -150,6 +149,8 @@ def _read(kind: Any, value: Any, where: str) -> Any:
     if origin is Literal:
         if value not in typing.get_args(kind):
             raise InvalidData(f"{where}: {value!r} is not one of {typing.get_args(kind)}")
+        return value
+    if kind is str and isinstance(value, str):
         return value
     if kind is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
         return float(value)

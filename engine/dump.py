@@ -29,14 +29,16 @@ from engine.evaluation import MAX_REPEATS, FailedTrial, Solution, Stage
 from engine.history import MAX_UPDATES, Failure
 from engine.mjcf import xml_with_state
 from engine.morphology import Morphology
-from engine.robot import Physics, RobotModel, build_robot, build_spec
+from engine.robot import Physics, RobotModel, build_robot, build_spec, with_walls
 from engine.tasks import get_task
 from engine.tensegrity import SERVO_NODES
+from engine.walls import MAX_WALLS, Wall, add_walls
 from engine.zip_file import read_zip, zip_bytes
 
 SUFFIX: Final = ".tsdump"
 FORMAT: Final = "tensatlas-failure"
-FORMAT_VERSION: Final = 1
+FORMAT_VERSION: Final = 2
+"""1 had no walls."""
 MAX_DUMPS: Final = 20
 """Dumps that a run leaves behind; the failures after them are only counted. A dump has 10 to 30 kB."""
 MAX_BYTES: Final = 4 * 1024 * 1024
@@ -45,7 +47,7 @@ _MEMBERS: Final = dict.fromkeys(("failure.json", "robot.xml", "state.npy", "cont
 _MAX_TEXT: Final = 500
 _KEYS: Final = {
     *("format", "version", "number", "morphology", "controller", "head_is_end", "stage", "target", "repeat"),
-    *("reason", "n_updates", "task", "physics", "run_seed", "versions"),
+    *("reason", "n_updates", "task", "physics", "run_seed", "versions", "walls"),
 }
 
 
@@ -69,9 +71,13 @@ class Dump:
 
     @property
     def robot(self) -> RobotModel:
-        """The robot's model."""
-        morphology = self.failed.solution.morphology
-        return build_robot(morphology, self.physics, get_task(self.task).walls(morphology.n_modules))
+        """The robot on its own."""
+        return build_robot(self.failed.solution.morphology, self.physics)
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The robot's model in the world where it failed."""
+        return with_walls(self.robot, self.failed.walls)
 
     @property
     def file_name(self) -> str:
@@ -162,8 +168,8 @@ def read_dump(path: Path) -> Dump:
 
 def _pack(dump: Dump) -> bytes:
     f, s = dump.failed, dump.failed.solution
-    walls = get_task(dump.task).walls(s.morphology.n_modules)
-    spec = build_spec(s.morphology, physics=dump.physics, walls=walls)
+    spec = build_spec(s.morphology, physics=dump.physics)
+    add_walls(spec, f.walls)
     content = {
         "format": FORMAT,
         "version": FORMAT_VERSION,
@@ -180,6 +186,7 @@ def _pack(dump: Dump) -> bytes:
         "physics": dataclasses.asdict(dump.physics),
         "run_seed": dump.run_seed,
         "versions": dump.versions,
+        "walls": [w.to_json() for w in f.walls],
     }
     return zip_bytes(
         {
@@ -199,6 +206,8 @@ def _unpack(content: bytes) -> Dump:
         raise InvalidData("its failure.json is of another program")
     if type(data.get("version")) is not int or data["version"] > FORMAT_VERSION:
         raise InvalidData("it was made by a newer TensAtlas; update this one")
+    if data["version"] == 1:
+        data = {**data, "walls": []}
     if set(data) != _KEYS:
         raise InvalidData(f"its failure.json must have exactly the keys {', '.join(sorted(_KEYS))}")
     task = get_task(_text("task", data["task"]))
@@ -229,15 +238,22 @@ def _unpack(content: bytes) -> Dump:
         target=target,
         repeat=repeat,
         failure=failure,
+        walls=_walls(data["walls"]),
     )
     versions = {_text("versions", k): _text("versions", v) for k, v in data["versions"].items()}
     physics = physics_from_json(data["physics"])
     dump = Dump(task.name, physics, _whole("run_seed", data["run_seed"], 2**32 - 1), failed, versions)
-    size = mujoco.mj_stateSize(dump.robot.model, mujoco.mjtState.mjSTATE_INTEGRATION)
+    size = mujoco.mj_stateSize(dump.model, mujoco.mjtState.mjSTATE_INTEGRATION)
     # what the servos were told may be anything: it may be what went wrong
     if failure.state.shape != (size,) or not np.isfinite(failure.state[: size - controls.shape[1]]).all():
         raise InvalidData(f"its state must be {size} finite numbers")
     return dump
+
+
+def _walls(data: Any) -> tuple[Wall, ...]:
+    if not isinstance(data, list) or len(data) > MAX_WALLS:
+        raise InvalidData(f"walls must be a list of at most {MAX_WALLS}")
+    return tuple(map(Wall.from_json, data))
 
 
 def _npy_header(shape: tuple[int, ...]) -> bytes:

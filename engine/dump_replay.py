@@ -31,6 +31,7 @@ class DumpReplay:
         self.dump = dump
         self.frames: list[Frame] = []
         self.target: np.ndarray | None = None
+        self.walls = dump.failed.walls
         self.failure: str | None = None
         """The dump's reason, once everything is simulated."""
         self.reproduced: bool | None = None
@@ -75,7 +76,7 @@ class DumpReplay:
             if self.failure is not None or self._cancelled.is_set():
                 return
             self.frames, self._gone = [], False
-            model, failure = self.dump.robot.model, self.dump.failed.failure
+            model, failure = self.dump.model, self.dump.failed.failure
             data = mujoco.MjData(model)
             mujoco.mj_setState(model, data, failure.state, mujoco.mjtState.mjSTATE_INTEGRATION)
             self._show(data, failure.controls[0])

@@ -13,6 +13,14 @@ class InvalidData(TensAtlasError):
     """A genotype, configuration or file holds something that it must not."""
 
 
+class UnknownTask(InvalidData):
+    """A run, a dump or the user names a task that is neither built in nor in a file that the user named."""
+
+
+class TaskError(TensAtlasError):
+    """A user's task file cannot be read, has an error, or its task returns what it must not."""
+
+
 class RunFileError(TensAtlasError):
     """A run file is missing, damaged, foreign, newer than this program or in use."""
 

@@ -29,7 +29,8 @@ from engine.simulation import (
     find_heads,
     settle,
 )
-from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, fitness, target_offsets
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, fitness, target_offsets, worlds
+from engine.walls import Wall
 
 CHUNK: Final = 8
 """Solutions simulated together; what is finished is handed on chunk by chunk."""
@@ -89,7 +90,7 @@ class Evaluation:
     Attributes:
         solution: what was evaluated.
         fitness: in m, to be minimised; None if a simulation failed.
-        distances: (targets, repeats) final distances in m.
+        distances: (targets, repeats) final distances in m, or how else the task scores the end.
         trajectory: (targets, seconds, 2) float32 head positions at 1 Hz in the settled head's frame,
             averaged over the repeats, in m: the sensory data.
         head_is_end: whether the chain's last module is the head.
@@ -114,6 +115,7 @@ class FailedTrial:
         stage: where it failed: ``settling``, ``head-search`` or ``trial``.
         target, repeat: which trial, None in another stage.
         failure: why, and the simulation's last control updates.
+        walls: that stood in the world.
     """
 
     solution: Solution
@@ -122,6 +124,7 @@ class FailedTrial:
     target: int | None
     repeat: int | None
     failure: Failure
+    walls: tuple[Wall, ...] = ()
 
 
 FailureKeeper = Callable[[FailedTrial], str]
@@ -179,7 +182,7 @@ class LocalEvaluator:
     def _evaluate_chunk(self, solutions: Sequence[Solution]) -> list[Evaluation]:
         task, trials = self._task, self._trials
         morphologies = [s.morphology for s in solutions]
-        robots = build_robots(morphologies, task, self._physics)
+        robots = build_robots(morphologies, self._physics)
         common: dict[str, Any] = {"physics": self._physics, "n_threads": self._n_threads}
         settled = settle(robots, duration=trials.settle_time, **common)
         heads, head_failures = find_heads(
@@ -201,12 +204,15 @@ class LocalEvaluator:
                 for s in solutions
             ],
             task=task,
+            walls=[walls for walls in worlds(task, morphologies[0].n_modules) for _ in range(trials.repeats)],
             **common,
         )
         results = loop.run(trials.trial_time, self._observer)
         evaluations = []
         for k, (solution, result, head) in enumerate(zip(solutions, results, heads, strict=True)):
-            failed = self._first_failure(solution, head, settled.failures[k], head_failures[k], result)
+            failed = self._first_failure(
+                solution, head, settled.failures[k], head_failures[k], result, loop.walls[k]
+            )
             evaluations.append(self._summarise(solution, result, head, failed))
         return evaluations
 
@@ -217,16 +223,19 @@ class LocalEvaluator:
         settling: Failure | None,
         head_search: Failure | None,
         result: Trials,
+        worlds: Sequence[tuple[Wall, ...]],
     ) -> FailedTrial | None:
         """Return the first failure of an evaluation, given those of its stages; None if there is none."""
         stage: Stage = "trial"
         target = repeat = None
+        walls: tuple[Wall, ...] = ()
         failure = settling or head_search  # what fails while settling is not tried in the later stages
         if failure is not None:
             stage = "settling" if settling else "head-search"
         elif result.failed is not None:
             failure = result.failures[result.failed]
             target, repeat = divmod(result.failed, self._trials.repeats)
+            walls = worlds[result.failed]
         if failure is None:
             return None
         return FailedTrial(
@@ -236,13 +245,14 @@ class LocalEvaluator:
             target=target,
             repeat=repeat,
             failure=failure,
+            walls=walls,
         )
 
     def _summarise(
         self, solution: Solution, result: Trials, head: Head, failed: FailedTrial | None
     ) -> Evaluation:
         shape = (self._task.n_targets, self._trials.repeats)
-        distances = result.final_distance.reshape(shape)
+        distances = result.scores.reshape(shape)
         paths = result.trajectory[:, 1:].reshape(*shape, -1, 2)
         failure = None
         if failed is not None:

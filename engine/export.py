@@ -31,7 +31,8 @@ from engine.replay import repeat_trial
 from engine.robot import build_spec
 from engine.run import versions
 from engine.simulation import Head, SimulationBatch
-from engine.tasks import bearing_name, get_task, target_offsets
+from engine.tasks import get_task, target_offsets
+from engine.walls import Wall, add_walls
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
 GENOTYPE_VERSION: Final = 1
@@ -48,13 +49,15 @@ class _Trial:
         settled: the complete state after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
-        distance: from head to target at the end, in m.
+        score: how the task scores the end, in m.
+        walls: that stand in the world.
     """
 
     settled: np.ndarray
     commands: np.ndarray
     path: np.ndarray
-    distance: float
+    score: float
+    walls: tuple[Wall, ...]
 
 
 def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
@@ -138,7 +141,9 @@ def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
             f"evaluation {evaluation.solution.number} cannot be repeated with this version:"
             f" {result.failures[result.failed]}"
         )
-    return _Trial(settled, np.array(commands), result.trajectory[0], float(result.final_distance[0]))
+    return _Trial(
+        settled, np.array(commands), result.trajectory[0], float(result.scores[0]), loop.walls[0][0]
+    )
 
 
 def _robot_xml(
@@ -147,8 +152,8 @@ def _robot_xml(
     trial: _Trial,
 ) -> tuple[list[str], str]:
     """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
-    walls = get_task(config.task).walls(morphology.n_modules)
-    spec = build_spec(morphology, physics=config.physics, walls=walls)
+    spec = build_spec(morphology, physics=config.physics)
+    add_walls(spec, trial.walls)
     return [a.name for a in spec.actuators], xml_with_state(spec, "settled", trial.settled)
 
 
@@ -180,7 +185,7 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
             "rear_bodies": [f"m{head.module}_rod{r}" for r in head.rear],
         },
         "config": configuration.to_json(reader.config),
-        "versions": {"run": reader.versions, "export": versions()},
+        "versions": {"run": reader.versions, "export": versions(reader.config.task)},
     }
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
@@ -194,6 +199,8 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         number=e.solution.number,
         run=reader.path.name,
         task=task.name,
+        summary=f": {task.summary}" if task.summary else "",
+        score=task.score_name,
         n=morphology.n_modules,
         stiffness=_stiffness(morphology),
         faces=", ".join(map(str, morphology.faces)),
@@ -203,18 +210,18 @@ def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
         start=100.0 * task.target_distance,
         f_s=100.0 * (task.target_distance - e.fitness),
         targets="\n".join(
-            f"| {bearing_name(b)} | {d.mean():.2f} | {', '.join(f'{x:.2f}' for x in d)} |"
-            for b, d in zip(task.target_bearings, 100.0 * e.distances, strict=True)
+            f"| {name} | {d.mean():.2f} | {', '.join(f'{x:.2f}' for x in d)} |"
+            for name, d in zip(task.target_names, 100.0 * e.distances, strict=True)
         ),
-        target=bearing_name(task.target_bearings[TARGET]),
+        target=task.target_names[TARGET],
         repeats=trials.repeats,
         settle=trials.settle_time,
         trial=trials.trial_time,
         rate=1.0 / reader.config.physics.control_period,
-        again=100.0 * trial.distance,
+        again=100.0 * trial.score,
         recorded=100.0 * recorded,
         same="the same to the last bit"
-        if trial.distance == recorded
+        if trial.score == recorded
         else "not the same: the run was computed on another kind of machine or with other versions",
         scale=reader.config.physics.inertia_scale,
         mujoco=mujoco.mj_versionString(),

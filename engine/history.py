@@ -51,6 +51,7 @@ class History:
     def __init__(self, n_simulations: int, n_state: int, n_controls: int) -> None:
         self._states = np.zeros((2, n_simulations, n_state))
         self._controls = np.zeros((MAX_UPDATES, n_simulations, n_controls))
+        self._first = 0
 
     def remember(self, n_updates: int, state: np.ndarray, controls: np.ndarray) -> None:
         """Keep what the next control update starts from.
@@ -60,12 +61,17 @@ class History:
             state: (simulations, n) complete states before it.
             controls: (simulations, modules x 5) its controls.
         """
-        if n_updates % BLOCK == 0:
+        if n_updates % BLOCK == 0 or n_updates == self._first:
             self._states[n_updates // BLOCK % 2] = state
         self._controls[n_updates % MAX_UPDATES] = controls
 
+    def begin(self, n_updates: int) -> None:
+        """Forget everything before a control update: the world is another one from there on."""
+        self._first = n_updates
+
     def branch(self, other: History, copies: int) -> None:
         """Take over another history, each of whose simulations goes on in several copies."""
+        self._first = other._first
         self._states[:] = np.repeat(other._states, copies, axis=1)
         self._controls[:] = np.repeat(other._controls, copies, axis=1)
 
@@ -77,6 +83,6 @@ class History:
             n_updates: control updates since the drop, the last one included.
             reason: why it failed.
         """
-        block = max((n_updates - 1) // BLOCK - 1, 0)
-        rows = np.arange(block * BLOCK, n_updates) % MAX_UPDATES
+        block = max((n_updates - 1) // BLOCK - 1, self._first // BLOCK)
+        rows = np.arange(max(block * BLOCK, self._first), n_updates) % MAX_UPDATES
         return Failure(reason, n_updates, self._states[block % 2, i].copy(), self._controls[rows, i])

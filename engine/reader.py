@@ -16,13 +16,13 @@ from typing import Any, Self
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.config import RunConfig, from_json
-from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
+from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, TensAtlasError, UnknownTask
 from engine.evaluation import Evaluation
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
 from engine.store import is_being_written
-from engine.tasks import get_task
+from engine.tasks import get_task, task_version
 
 MAX_CELLS_PER_AXIS = 200
 _HEADER = b"SQLite format 3\x00"
@@ -85,7 +85,9 @@ class RunReader:
     """A run file opened for reading; may be shared by threads and used while the run is written.
 
     Raises:
-        RunFileError: the file is missing, empty, cut short, of another program or a newer version.
+        RunFileError: the file is missing, empty, cut short, of another program or a newer version, or its
+            task is not known here.
+        TaskError: its task may be in a file of the user's that has an error.
     """
 
     def __init__(self, path: Path) -> None:
@@ -100,7 +102,7 @@ class RunReader:
                 self.config: RunConfig = from_json(meta.get("config"))
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
                 self.created_at = str(meta.get("created_at", ""))
-        except RunFileError:
+        except TensAtlasError:
             self.close()
             raise
 
@@ -119,6 +121,14 @@ class RunReader:
     def is_live(self) -> bool:
         """Whether a living process is writing the run."""
         return is_being_written(self.path)
+
+    @property
+    def task_change(self) -> str | None:
+        """What to say if the user's file with the run's task is not the one that it was started with."""
+        now = task_version(self.config.task)
+        if all(self.versions.get(key) == version for key, version in now.items()):
+            return None
+        return f"the file of task {self.config.task} has changed since this run was started"
 
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""
@@ -321,6 +331,8 @@ class _Damage:
         return None
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, UnknownTask):
+            raise RunFileError(f"{self._path} cannot be opened: {error}") from None
         if isinstance(error, (InvalidData, *UNEXPECTED_DATA)):
             raise RunFileError(f"{self._path} is damaged: {error}") from None
 

@@ -9,11 +9,12 @@ from typing import Final, Protocol
 import numpy as np
 
 from engine.config import RunConfig
-from engine.errors import InvalidData
+from engine.errors import InvalidData, TaskError
 from engine.evaluation import Evaluation, noise_seed
 from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
-from engine.tasks import get_task, target_offsets
+from engine.tasks import get_task, target_offsets, worlds
+from engine.walls import Wall
 
 UPDATES_PER_FRAME: Final = 2
 """Control updates between two recorded frames: 25 frames a second at 50 Hz."""
@@ -56,12 +57,14 @@ class Playable(Protocol):
     Attributes:
         frames: what has been simulated, every ``frame_period``.
         target: (2,) the target in the world, in m, or None.
+        walls: that stand in the world; they go up when the target is placed.
         failure: why the simulation failed, once it has.
         head: which end of the robot is its head.
     """
 
     frames: list[Frame]
     target: np.ndarray | None
+    walls: tuple[Wall, ...]
     failure: str | None
     head: Head
 
@@ -112,7 +115,7 @@ def repeat_trial(
         observer: sees the robot settle.
     """
     solution, task, physics = evaluation.solution, get_task(config.task), config.physics
-    robots = build_robots([solution.morphology], task, physics)
+    robots = build_robots([solution.morphology], physics)
     return ClosedLoop(
         settle(robots, physics=physics, duration=config.trials.settle_time, observer=observer),
         robots,
@@ -122,6 +125,7 @@ def repeat_trial(
         seeds=[[noise_seed(config.seed, solution.number, target, repeat)]],
         task=task,
         physics=physics,
+        walls=[worlds(task, solution.morphology.n_modules)[target]],
     )
 
 
@@ -154,8 +158,9 @@ class Replay:
         self.frames: list[Frame] = []
         self.target: np.ndarray | None = None
         """(2,) the target in the world, in m, once the robot has settled."""
-        self.final_distance: float | None = None
-        """From head to target at the end of the evaluated time, in m, once it is reached."""
+        self.walls: tuple[Wall, ...] = ()
+        self.score: float | None = None
+        """How the task scores the end of the evaluated time, in m, once it is reached."""
         self.failure: str | None = None
         self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
         self._loop: ClosedLoop | None = None
@@ -211,9 +216,11 @@ class Replay:
                     self._loop.update()
                     self._observe(self._loop.sim)
                     if abs(elapsed + period - self.trial_time) < period / 2:
-                        self.final_distance = float(self._loop.distance()[0, 0])
+                        self.score = float(self._loop.scores()[0, 0])
             except _CancelledError:
                 return
+            except TaskError as e:
+                self.failure = str(e)
 
     def _start(self) -> None:
         self._loop = repeat_trial(
@@ -223,6 +230,8 @@ class Replay:
             repeat=self.repeat,
             observer=self._observe,
         )
+        # whoever draws takes the target as the sign that the world is complete
+        self.walls = self._loop.walls[0][0]
         self.target = self._loop.targets[0, 0]
 
     def _observe(self, sim: SimulationBatch) -> None:

@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 from engine import tensegrity as t
 from engine.errors import InvalidData
 from engine.morphology import Morphology
+from engine.walls import Wall, add_walls
 
 # a diverging simulation is reported with its evaluation, not in a log file in the current folder
 _log = mujoco.MjLogConfig.get()
@@ -88,15 +89,6 @@ class Physics:
         return round(self.control_period / self.timestep)
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Wall:
-    """A fixed box: centre (3,), half sizes (3,), in metres, and its turn about the vertical, in rad."""
-
-    centre: tuple[float, float, float]
-    half_size: tuple[float, float, float]
-    yaw: float = 0.0
-
-
 @dataclasses.dataclass(frozen=True, slots=True)
 class RobotModel:
     """A compiled robot and where to find its parts.
@@ -105,11 +97,13 @@ class RobotModel:
         model: the MuJoCo model.
         rod_bodies: (modules, 6) body ids of the rods.
         n_modules: number of modules.
+        spec: what the model was compiled from.
     """
 
     model: mujoco.MjModel
     rod_bodies: np.ndarray
     n_modules: int
+    spec: mujoco.MjSpec
 
 
 def face_rods(face: int) -> tuple[int, ...]:
@@ -138,9 +132,7 @@ def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray
     return placements
 
 
-def build_spec(
-    morphology: Morphology, *, physics: Physics, walls: Sequence[Wall] = (), gravity: bool = True
-) -> mujoco.MjSpec:
+def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True) -> mujoco.MjSpec:
     """Describe a robot on the ground plane.
 
     Bodies are named ``m{module}_rod{rod}``, passive cables ``m{module}_cable_{a}_{b}``, internal
@@ -156,15 +148,6 @@ def build_spec(
     contact.solref = [physics.contact_time, physics.contact_damping]
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
-    for k, wall in enumerate(walls):
-        spec.worldbody.add_geom(
-            name=f"wall{k}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=wall.centre,
-            size=wall.half_size,
-            quat=Rotation.from_euler("z", wall.yaw).as_quat(scalar_first=True),
-            rgba=[0.55, 0.58, 0.62, 0.6],
-        )
     for i, (turn, centre) in enumerate(module_placements(morphology)):
         _add_module(spec, i, turn, centre, morphology.stiffnesses[i], physics)
     for i in range(morphology.n_modules - 1):
@@ -173,15 +156,28 @@ def build_spec(
 
 
 @functools.lru_cache(maxsize=256)
-def build_robot(
-    morphology: Morphology, physics: Physics, walls: tuple[Wall, ...] = (), gravity: bool = True
-) -> RobotModel:
-    """Compile a robot; equal arguments share one model, which must not be changed."""
-    model = build_spec(morphology, physics=physics, walls=walls, gravity=gravity).compile()
+def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = True) -> RobotModel:
+    """Compile a robot on the open plane; equal arguments share one model, which must not be changed."""
+    spec = build_spec(morphology, physics=physics, gravity=gravity)
+    model = spec.compile()
     rod_bodies = np.array(
         [[model.body(f"m{i}_rod{r}").id for r in range(len(t.RODS))] for i in range(morphology.n_modules)]
     )
-    return RobotModel(model=model, rod_bodies=rod_bodies, n_modules=morphology.n_modules)
+    return RobotModel(model=model, rod_bodies=rod_bodies, n_modules=morphology.n_modules, spec=spec)
+
+
+def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:
+    """Compile a robot in a world with walls, at their places in the world.
+
+    Describing a robot is what takes long (15 to 200 ms); compiling a description again takes 1 to 5 ms,
+    so every trial can have walls of its own, with bounding volumes that fit them. The state of such a
+    model has the layout of the robot's own.
+    """
+    if not walls:
+        return robot.model
+    spec = robot.spec.copy()
+    add_walls(spec, walls)
+    return spec.compile()
 
 
 @functools.cache

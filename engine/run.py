@@ -24,7 +24,7 @@ from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
-from engine.tasks import get_task
+from engine.tasks import get_task, task_version
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
 
 
@@ -96,8 +96,12 @@ def create_evaluator(config: RunConfig, n_threads: int, dumps: DumpFolder | None
     )
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of what decides a run's outcome."""
+def versions(task: str = "") -> dict[str, str]:
+    """Return the versions of what decides a run's outcome.
+
+    Args:
+        task: the run's; if it comes from a file of the user's, its hash is one of them.
+    """
     packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
     found = {
         "python": platform.python_version(),
@@ -109,7 +113,7 @@ def versions() -> dict[str, str]:
             found[p] = importlib.metadata.version(p)
         except importlib.metadata.PackageNotFoundError:
             found[p] = "unknown"
-    return found
+    return found | task_version(task)
 
 
 def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Observer | None = None) -> None:
@@ -119,7 +123,7 @@ def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Obser
         RunFileError: the file exists or cannot be written.
     """
     _check_physics(config)
-    with RunWriter.create(path, config, versions()) as writer:
+    with RunWriter.create(path, config, versions(config.task)) as writer:
         _work(writer, config, create_algorithm(config), 0.0, n_threads, observer)
 
 
@@ -131,7 +135,7 @@ def _check_physics(config: RunConfig) -> None:
     """
     body = Morphology(stiffness_level=N_STIFFNESS_LEVELS, faces=(1,) * MIN_MODULES)
     try:
-        build_robot(body, config.physics, get_task(config.task).walls(body.n_modules))
+        build_robot(body, config.physics)
     except ValueError as e:
         raise InvalidData(f"physics: MuJoCo refuses this robot: {str(e).splitlines()[0]}") from None
 
@@ -145,9 +149,10 @@ def changed_versions(path: Path) -> list[str]:
     with RunReader(path) as reader:
         # the first files did not say how their bodies were modelled
         before = {"physics": "unknown"} | reader.versions
+        now_installed = versions(reader.config.task)
     return [
         f"{name} {before[name]} -> {now}"
-        for name, now in versions().items()
+        for name, now in now_installed.items()
         if name in before and before[name] != now and name != "python"
     ]
 
@@ -190,7 +195,10 @@ def _work(
     observer: Observer | None,
 ) -> None:
     dumps = DumpFolder(
-        failures_folder(writer.path), config=config, versions=versions(), n_failed=writer.n_failed()
+        failures_folder(writer.path),
+        config=config,
+        versions=versions(config.task),
+        n_failed=writer.n_failed(),
     )
     evaluator = create_evaluator(config, n_threads, dumps)
     distance = get_task(config.task).target_distance

@@ -1,8 +1,8 @@
 """Closed-loop roll-outs of many robots at once.
 
 A trial goes through three phases: the robot is dropped and settles without actuation; the target is
-placed relative to the settled head; the controller drives the robot. Which end is the head is found
-once per robot, on a branch of its own: 10 s open loop after settling.
+placed, and walls are put up, relative to the settled head; the controller drives the robot. Which end is
+the head is found once per robot, on a branch of its own without walls: 10 s open loop after settling.
 
 Results are the same bits whatever the number of threads and whichever robots share a call.
 """
@@ -13,6 +13,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
+import mujoco
 import numpy as np
 
 from engine import servo
@@ -22,8 +23,9 @@ from engine.controller import Controller
 from engine.history import Failure
 from engine.morphology import Morphology
 from engine.network import NetworkBatch
-from engine.robot import Physics, RobotModel, build_robot, face_rods
-from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task
+from engine.robot import Physics, RobotModel, build_robot, face_rods, with_walls
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
+from engine.walls import Obstacles, Wall
 
 OPEN_LOOP_TIME: Final = 10.0
 """Seconds of open-loop motion, all modules at 0.5 Hz and phase 0, that show which end is the head."""
@@ -65,6 +67,10 @@ class HeadSensor:
         self._front = np.array([h.front for h in heads])
         self._rear = np.array([h.rear for h in heads])
 
+    def height(self, sim: SimulationBatch) -> np.ndarray:
+        """Return the heights (robots, copies) of the front faces above the ground, in m."""
+        return sim.rods(self._module, self._front)[..., 2].mean(axis=2)
+
     def faces(self, sim: SimulationBatch) -> tuple[np.ndarray, np.ndarray]:
         """Return the horizontal positions (robots, copies, 2) of front and rear face, in m."""
         front = sim.rods(self._module, self._front).mean(axis=2)
@@ -72,9 +78,9 @@ class HeadSensor:
         return front[..., :2], rear[..., :2]
 
 
-def build_robots(morphologies: Sequence[Morphology], task: Task, physics: Physics) -> list[RobotModel]:
-    """Compile the robots of a batch in the world of a task."""
-    return [build_robot(m, physics, task.walls(m.n_modules)) for m in morphologies]
+def build_robots(morphologies: Sequence[Morphology], physics: Physics) -> list[RobotModel]:
+    """Compile the robots of a batch."""
+    return [build_robot(m, physics) for m in morphologies]
 
 
 def settle(
@@ -132,13 +138,13 @@ class Trials:
     """What the trials of one robot gave; S trials.
 
     Attributes:
-        final_distance: (S,) from head to target at the end, in m.
+        scores: (S,) how the task scores the end, in m: for most the distance from head to target.
         trajectory: (S, seconds + 1, 2) head position at 1 Hz in the settled head's frame, x ahead, y
             left, in m; the first is the origin.
         failures: (S,) why a trial failed, or None.
     """
 
-    final_distance: np.ndarray
+    scores: np.ndarray
     trajectory: np.ndarray
     failures: tuple[Failure | None, ...]
 
@@ -158,7 +164,8 @@ class ClosedLoop:
         controllers: one per robot.
         targets: (robots, copies, 2) targets in the settled head's frame: x ahead, y left, in m.
         seeds: per robot and copy the seed of its actuation noise.
-        task: what the controllers sense.
+        task: what the controllers sense and how the end scores.
+        walls: per copy the walls in the settled head's frame, equally many for all; by default none.
     """
 
     def __init__(
@@ -173,19 +180,26 @@ class ClosedLoop:
         task: Task,
         physics: Physics,
         n_threads: int = 1,
+        walls: Sequence[tuple[Wall, ...]] | None = None,
     ) -> None:
         n_copies = targets.shape[1]
-        self.sim = SimulationBatch(robots, copies=n_copies, physics=physics, n_threads=n_threads)
-        self.sim.branch(settled)
+        walls = [()] * n_copies if walls is None else walls
+        assert len({len(w) for w in walls}) == 1
         self._physics = physics
         self._task = task
         self._sensor = HeadSensor(heads)
-        front, rear = self._sensor.faces(self.sim)
-        self.origin = front[:, :1]
-        ahead = front[:, :1] - rear[:, :1]
-        ahead = ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
-        self._axes = np.stack([ahead, _turn_left(ahead)], axis=-2)  # (robots, 1, axis, xy)
-        self.targets = self.origin + np.einsum("rcax,rca->rcx", _like(self._axes, n_copies), targets)
+        self._frame = Frame.of(*self._sensor.faces(settled))
+        self._obstacles = Obstacles(walls)
+        self.walls = [
+            [self._frame.place(r, w) if ok else w for w in walls] for r, ok in enumerate(settled.alive[:, 0])
+        ]
+        """Per robot and copy the walls as they stand in the world."""
+        self.sim = SimulationBatch(
+            robots, copies=n_copies, physics=physics, n_threads=n_threads, models=_models(robots, self.walls)
+        )
+        self.sim.branch(settled)
+        self._start_time = settled.time
+        self.targets = self._frame.to_world(targets)
         self._network = NetworkBatch(controllers, n_outputs=2 * self.sim.n_modules)
         n = self.sim.n_modules
         self._order = np.array([range(n)[::-1] if h.is_end else range(n) for h in heads])
@@ -194,17 +208,29 @@ class ClosedLoop:
     def head(self) -> np.ndarray:
         """Return (robots, copies, 2) head positions in the settled head's frame, in m."""
         front, _ = self._sensor.faces(self.sim)
-        return np.einsum("rcax,rcx->rca", _like(self._axes, front.shape[1]), front - self.origin)
+        return self._frame.from_world(front)
 
-    def distance(self) -> np.ndarray:
-        """Return (robots, copies) distances from head to target, in m."""
-        front, _ = self._sensor.faces(self.sim)
-        return np.linalg.norm(self.targets - front, axis=-1)
+    def view(self) -> View:
+        """Return what the task gets to see now."""
+        front, rear = self._sensor.faces(self.sim)
+        return View(
+            front=front,
+            rear=rear,
+            target=self.targets,
+            frame=self._frame,
+            obstacles=self._obstacles,
+            time=self.sim.time - self._start_time,
+            rods=self.sim.all_rods,
+            height=lambda: self._sensor.height(self.sim),
+        )
+
+    def scores(self) -> np.ndarray:
+        """Return how the task scores the present state, (robots, copies) in m."""
+        return scores(self._task, self.view(), self.sim.alive)
 
     def update(self) -> None:
         """Sense, think, act for one control period."""
-        front, rear = self._sensor.faces(self.sim)
-        outputs = self._network.activate(self._task.sense(front, front - rear, self.targets))
+        outputs = self._network.activate(sensed(self._task, self.view(), self.sim.alive))
         frequency = servo.pick(servo.FREQUENCIES, outputs[..., 0::2])
         phase = servo.pick(servo.PHASES, outputs[..., 1::2])
         # the first pair of outputs drives the head module
@@ -223,12 +249,12 @@ class ClosedLoop:
             if (k + 1) % per_second == 0:
                 path.append(self.head())
         trajectory = np.stack(path, axis=2)
-        distance = self.distance()
+        final = self.scores()
         n = self.sim.shape[1]
         results = []
         for r in range(self.sim.shape[0]):
             failures = tuple(self.sim.failures[r * n : (r + 1) * n])
-            results.append(Trials(distance[r], trajectory[r], failures))
+            results.append(Trials(final[r], trajectory[r], failures))
         return results
 
 
@@ -254,9 +280,17 @@ class _Noise:
         return self._sigma * self._block[:, :, self._used - 1]
 
 
-def _turn_left(v: np.ndarray) -> np.ndarray:
-    return np.stack([-v[..., 1], v[..., 0]], axis=-1)
+def _models(
+    robots: Sequence[RobotModel], walls: Sequence[Sequence[tuple[Wall, ...]]]
+) -> list[mujoco.MjModel] | None:
+    """Return the model of every simulation, robot by robot, or None if there are no walls.
 
-
-def _like(axes: np.ndarray, n_copies: int) -> np.ndarray:
-    return np.broadcast_to(axes, (axes.shape[0], n_copies, *axes.shape[2:]))
+    Copies with the same walls share a model.
+    """
+    if not walls[0][0]:
+        return None
+    models = []
+    for robot, worlds in zip(robots, walls, strict=True):
+        built = {w: with_walls(robot, w) for w in dict.fromkeys(worlds)}
+        models += [built[w] for w in worlds]
+    return models

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import html
+from collections.abc import Sequence
+
 from engine.controller import N_OUTPUTS, Controller
 
 WIDTH = 300
-INPUT_NAMES = ("distance", "bearing")
 POSITIVE, NEGATIVE = "#5aa9e6", "#e6786e"
 
 
-def render(controller: Controller, n_modules: int) -> str:
+def render(controller: Controller, n_modules: int, input_names: Sequence[str]) -> str:
     """Return the expressed network: inputs left, hidden nodes, frequency and phase of each module.
 
     Args:
         controller: the network.
         n_modules: how many modules it drives; the other outputs are not drawn.
+        input_names: what its inputs are called.
     """
     outputs = list(range(2 * n_modules))
     links = [c for c in controller.connections if c.enabled]
@@ -49,7 +52,7 @@ def render(controller: Controller, n_modules: int) -> str:
         )
     for k, node in enumerate(inputs):
         x, y = place[node]
-        name = INPUT_NAMES[k] if k < len(INPUT_NAMES) else f"input {k + 1}"
+        name = html.escape(input_names[k])
         parts.append(f'<text x="{x - 8}" y="{y + 3}" text-anchor="end" fill="currentColor">{name}</text>')
     for node in outputs:
         x, y = place[node]

@@ -10,7 +10,7 @@ from engine.config import RunConfig
 from engine.dump import Dump
 from engine.evaluation import Evaluation
 from engine.morphology import Morphology
-from engine.tasks import bearing_name, get_task
+from engine.tasks import get_task
 from engine.tensegrity import stiffness_n_per_m
 
 _ROW = (
@@ -58,8 +58,8 @@ def render_failure(dump: Dump) -> str:
     if failed.target is None or failed.repeat is None:
         where = stages[failed.stage]
     else:
-        bearing = get_task(dump.task).target_bearings[failed.target]
-        where = f"target {bearing_name(bearing)}, seed {failed.repeat + 1}"
+        name = get_task(dump.task).target_names[failed.target]
+        where = f"target {html.escape(name)}, seed {failed.repeat + 1}"
     versions = " · ".join(
         f"{name} {dump.versions[name]}" for name in ("tensatlas", "mujoco") if name in dump.versions
     )
@@ -109,11 +109,11 @@ def _origin(evaluation: Evaluation) -> str:
 
 
 def _targets(config: RunConfig, evaluation: Evaluation) -> str:
-    """Return a bar per target: how far from it the head ended, mean and spread over the repeats."""
+    """Return a bar per target: how the trials scored, mean and spread over the repeats."""
     task = get_task(config.task)
     start = 100 * task.target_distance
     rows = []
-    for bearing, distances in zip(task.target_bearings, 100 * evaluation.distances, strict=True):
+    for name, distances in zip(task.target_names, 100 * evaluation.distances, strict=True):
         if not np.isfinite(distances).all():
             continue
         mean, spread = distances.mean(), np.ptp(distances) / 2
@@ -121,13 +121,13 @@ def _targets(config: RunConfig, evaluation: Evaluation) -> str:
         tail = f" ± {spread:.1f}" if len(distances) > 1 else ""
         rows.append(
             '<div style="display:grid;grid-template-columns:72px 1fr 92px;gap:8px;align-items:center">'
-            f'<span style="opacity:.65">{bearing_name(bearing)}</span>'
+            f'<span style="opacity:.65">{html.escape(name)}</span>'
             '<span style="height:7px;border-radius:4px;background:rgba(128,128,128,.25)">'
             f'<span style="display:block;height:7px;border-radius:4px;width:{width:.0f}%;'
             'background:#36b3a0"></span></span>'
             f'<span style="text-align:right">{mean:.1f}{tail} cm</span></div>'
         )
     return (
-        '<div style="margin-top:8px;opacity:.65">final distance to each target '
+        f'<div style="margin-top:8px;opacity:.65">{html.escape(task.score_name)}, by target '
         f"(at first {start:.0f} cm)</div>" + "".join(rows)
     )

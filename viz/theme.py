@@ -28,3 +28,7 @@ def color_at(part: float, name: str = "viridis") -> str:
     """Return the ``#rrggbb`` colour at a part, 0 to 1, of a colour map."""
     rgb = sample_colorscale(MAPS[name], [min(max(part, 0.0), 1.0)])[0]
     return "#" + "".join(f"{round(c):02x}" for c in unlabel_rgb(rgb))
+
+
+WALL = (150, 178, 214)
+WALL_EDGE = (190, 210, 236)

@@ -18,8 +18,10 @@ import pytest
 
 from app.cli import main
 from engine.reader import RunReader
+from engine.tasks import BUILT_IN, TASKS_VARIABLE, files
 
 TINY = "--preset smoke --evaluations 6 --initial 4 --batch-size 2 --trials.repeats 1 --seed 5".split()
+EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "tasks" / "climb_step.py"
 Command = Callable[..., tuple[int, str, str]]
 
 
@@ -134,6 +136,49 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     nested = "trials.repeats trials.trial-time physics.timestep physics.friction physics.inertia-scale"
     for flag in f"{flags} {nested}".split():
         assert f"--{flag} " in out
+
+
+def test_the_help_lists_the_tasks(tensatlas: Command) -> None:
+    _, out, _ = tensatlas("evolve", "--help")
+    assert all(name in out for name in BUILT_IN)
+
+
+def test_a_task_from_a_file(tensatlas: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Evolve with --task FILE.py, then look at the run with and without the file."""
+    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.delenv(TASKS_VARIABLE, raising=False)
+    status, _, err = tensatlas("evolve", "step.tsmr", *TINY, "--workers", 1, f"--task={EXAMPLE}")
+    assert status == 0
+    assert f"with: TENSATLAS_TASKS={EXAMPLE} tensatlas explore step.tsmr" in err
+    facts = json.loads(tensatlas("info", "step.tsmr", "--json")[1])
+    assert facts["task"] == facts["config"]["task"] == "climb-step"
+    assert set(facts["versions"]) >= {"task climb-step"}
+    with RunReader(tmp_path / "step.tsmr") as reader:
+        cell = "{},{}".format(*next(iter(reader.placements("morphology", 1))))
+    assert tensatlas("export", "step.tsmr", "--cell", cell, "--out", "robot")[0] == 0
+    assert "| step of 2 cm |" in (tmp_path / "robot" / "README.md").read_text()
+    status, out, _ = tensatlas("verify", "step.tsmr", "--cell", cell, "--seeds", 1, "--workers", 1)
+    assert (status, "identical to what was recorded" in out, "step of" in out) == (0, True, True)
+
+    monkeypatch.setattr(files, "_loaded", {})
+    for command in ("info", "resume", "explore"):
+        status, _, err = tensatlas(command, "step.tsmr")
+        assert (status, err.count("\n")) == (2, 1)
+        assert "unknown task 'climb-step'" in err
+        assert TASKS_VARIABLE in err
+    monkeypatch.setenv(TASKS_VARIABLE, str(EXAMPLE))
+    status, out, _ = tensatlas("info", "step.tsmr")
+    assert (status, "climb-step" in out) == (0, True)
+    assert tensatlas("resume", "step.tsmr")[0] == 0
+
+
+def test_a_task_file_with_an_error_leaves_no_run(tensatlas: Command, tmp_path: Path) -> None:
+    (tmp_path / "broken.py").write_text("TASK = Task(\n")
+    for flags in (("--task", "broken.py"), ("--task", "missing.py"), ("--task", "flying")):
+        status, _, err = tensatlas("evolve", "a.tsmr", *TINY, *flags)
+        assert (status, err.count("\n")) == (2, 1)
+        assert flags[1] in err
+    assert not (tmp_path / "a.tsmr").exists()
 
 
 BAD_RUNS = {

@@ -57,7 +57,7 @@ def test_frames_come_in_order_up_to_the_end(
 def test_seek_pause_loop_and_extend(player: Player, small_reader: RunReader) -> None:
     replay = replay_of(small_reader)
     player.load(replay)
-    wait(lambda: replay.final_distance is not None)
+    wait(lambda: replay.score is not None)
     player.pause()
     player.seek(1.0)
     wait(lambda: abs((current_frame(player) or replay.frames[0]).time - 1.0) < 0.05)
@@ -84,8 +84,8 @@ def test_another_replay_takes_over_at_once(
     wait(lambda: any(r is second for r, _ in shown))
     started = next(k for k, (r, _) in enumerate(shown) if r is second)
     assert all(r is second for r, _ in shown[started:])
-    wait(lambda: second.final_distance is not None)
-    assert first.final_distance is None  # it was cancelled
+    wait(lambda: second.score is not None)
+    assert first.score is None  # it was cancelled
 
 
 def test_every_trial_ends_where_it_was_evaluated(small_reader: RunReader) -> None:
@@ -93,7 +93,7 @@ def test_every_trial_ends_where_it_was_evaluated(small_reader: RunReader) -> Non
     for target in range(4):
         replay = replay_of(small_reader, target=target)
         replay.advance(replay.trial_time)
-        assert replay.final_distance == evaluation.distances[target, 0]
+        assert replay.score == evaluation.distances[target, 0]
 
 
 @pytest.mark.parametrize("trial", [{"target": 4}, {"target": -1}, {"repeat": 1}])

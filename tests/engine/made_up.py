@@ -12,6 +12,8 @@ from engine.config import RunConfig, preset
 from engine.controller import Neat
 from engine.evaluation import Evaluation, Solution, TrialConfig
 from engine.morphology import Morphology
+from engine.tasks import Frame, View
+from engine.walls import Obstacles
 
 N_TARGETS, N_REPEATS, N_SECONDS = 4, 2, 40
 
@@ -147,3 +149,18 @@ def describe(algorithm, evaluations):
 def held(archives):
     """Return what archives hold: by name and cell the number of the elite."""
     return {name: {cell: e.solution.number for cell, e in archive} for name, archive in archives.items()}
+
+
+def a_view(*, position, direction, target, walls=(), time=0.0, height=0.04):
+    """Return what a task sees of one simulation whose settled head's frame is the world's."""
+    front, facing, aim = (np.array(v, float)[None, None] for v in (position, direction, target))
+    return View(
+        front=front,
+        rear=front - facing,
+        target=aim,
+        frame=Frame(np.zeros((1, 1, 2)), np.eye(2)[None, None]),
+        obstacles=Obstacles([walls]),
+        time=time,
+        rods=lambda: np.full((1, 1, 2, 6, 3), [*position, height]),
+        height=lambda: np.full((1, 1), height),
+    )

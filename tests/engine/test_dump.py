@@ -303,6 +303,14 @@ def changed(packed, change):
     return zip_bytes(files)
 
 
+def test_a_dump_from_before_there_were_walls_is_read(packed, dump, tmp_path):
+    path = tmp_path / "old.tsdump"
+    path.write_bytes(changed(packed, lambda _files, table: (table.update(version=1), table.pop("walls"))))
+    again = read_dump(path)
+    assert again.failed.walls == ()
+    assert again.failed.failure.state.tobytes() == dump.failed.failure.state.tobytes()
+
+
 def put(**values):
     return lambda _files, table: table.update(values)
 
@@ -339,7 +347,7 @@ def claim_more(files, table):
     ("change", "reason"),
     [
         (put(format="other"), "of another program"),
-        (put(version=2), "newer TensAtlas"),
+        (put(version=3), "newer TensAtlas"),
         (put(extra=1), "exactly the keys"),
         (lambda _files, table: table.pop("physics"), "exactly the keys"),
         (put(number=-1), "number must be"),
@@ -358,6 +366,12 @@ def claim_more(files, table):
         (put(n_updates=1), "control updates"),
         (put(n_updates=0), "control updates"),
         (put(task="flying"), "unknown task"),
+        (put(walls=[[0.0] * 7]), "half_size must be at least"),
+        (put(walls=[[0.0] * 6]), "seven numbers"),
+        (put(walls=[[0, 0, 0, 1, 1, 1, "0"]]), "seven numbers"),
+        (put(walls=[[0, 0, float("nan"), 1, 1, 1, 0]]), "three numbers"),
+        (put(walls=[[0, 0, 0, 1, 1, 1, 0]] * 65), "at most 64"),
+        (put(walls=None), "walls must be"),
         (put(physics={"timestep": -1.0}), "timestep must be positive"),
         (put(physics={"timestep": "1"}), "expected float"),
         (put(physics={"gravity": 1.0}), "expected a table"),

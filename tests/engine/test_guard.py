@@ -9,7 +9,6 @@ from engine.history import BLOCK, MAX_UPDATES
 from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
 from engine.simulation import SimulationBatch, build_robots, settle
-from engine.tasks import GOAL_REACHING
 from engine.timestep import with_inertia
 
 PHYSICS = Physics()
@@ -23,7 +22,7 @@ def released(sim):
 
 
 def started(n_updates=5, n_threads=1, copies=2):
-    robots = build_robots(BODIES, GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES, PHYSICS)
     sim = SimulationBatch(robots, copies=copies, physics=PHYSICS, n_threads=n_threads)
     for _ in range(n_updates):
         sim.step(released(sim))
@@ -121,7 +120,7 @@ def test_the_limits_themselves():
 def test_healthy_robots_stay_far_below_the_speed_limit(level, inertia_scale):
     """Also at the moment at which they are fastest: when the built module is let go."""
     physics = with_inertia(Physics(), inertia_scale)
-    robots = build_robots([Morphology(level, (1, 2, 3))], GOAL_REACHING, physics)
+    robots = build_robots([Morphology(level, (1, 2, 3))], physics)
     sim = SimulationBatch(robots, copies=1, physics=physics, n_threads=1)
     fastest = 0.0
     for _ in range(25):
@@ -185,7 +184,7 @@ def test_what_is_kept_simulates_the_failure_again():
 @pytest.mark.parametrize("n", [1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK, 2 * BLOCK + 7, 3 * BLOCK])
 def test_the_last_one_to_two_blocks_are_kept_to_the_last_bit(n):
     """A failure after n updates, of a robot that is healthy until then, on a branch of another batch."""
-    robots, rng = build_robots(BODIES[:1], GOAL_REACHING, PHYSICS), np.random.default_rng(n)
+    robots, rng = build_robots(BODIES[:1], PHYSICS), np.random.default_rng(n)
     commands = rng.uniform(0.02, 0.1, size=(n, 2, 5))
     first = SimulationBatch(robots, copies=1, physics=PHYSICS, n_threads=1)
     states = []
@@ -228,9 +227,7 @@ def test_a_failure_while_settling_is_the_failure_of_every_branch():
     settled = settle(
         [build_robot(BODIES[2], EXPLOSIVE), build_robot(BODIES[0], PHYSICS)], physics=PHYSICS, duration=0.4
     )
-    sim = SimulationBatch(
-        build_robots(BODIES[:2], GOAL_REACHING, PHYSICS), copies=3, physics=PHYSICS, n_threads=1
-    )
+    sim = SimulationBatch(build_robots(BODIES[:2], PHYSICS), copies=3, physics=PHYSICS, n_threads=1)
     sim.branch(settled)
     sim.step(released(sim))
     assert settled.failures[0] is not None

@@ -14,13 +14,14 @@ from engine.errors import InvalidData
 from engine.morphology import Morphology
 from engine.robot import (
     Physics,
-    Wall,
     body_fingerprint,
     build_robot,
     build_spec,
     face_rods,
     module_placements,
+    with_walls,
 )
+from engine.walls import Wall
 
 WEIGHT = 0.025 * 9.81
 """Of a module, in N: 25.0 g in the published table, whose parts add up to 25.015 g."""
@@ -137,7 +138,7 @@ def test_an_actuator_pulls_with_the_published_tension():
 
 def test_walls_stand_where_they_should():
     wall = Wall(centre=(0.3, 0.1, 0.06), half_size=(0.08, 0.2, 0.06), yaw=0.4)
-    model = build_robot(chain(2), Physics(), (wall,)).model
+    model = with_walls(build_robot(chain(2), Physics()), [wall])
     geom = model.geom("wall0")
     np.testing.assert_allclose(geom.pos, wall.centre)
     np.testing.assert_allclose(geom.size, wall.half_size)

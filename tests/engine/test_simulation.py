@@ -93,7 +93,7 @@ def test_without_noise_repeats_are_equal_and_seeds_do_not_matter():
 
 def test_the_trajectory_is_the_mean_of_the_repeats(evaluations):
     # one run per repeat: targets come in the same order, so seeds are those of the run of two
-    robots = build_robots(BODIES[:1], GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES[:1], PHYSICS)
     e = evaluations[10]
     paths = []
     for repeat in range(2):
@@ -109,7 +109,7 @@ def test_the_trajectory_is_the_mean_of_the_repeats(evaluations):
             physics=PHYSICS,
         )
         (result,) = loop.run(SHORT.trial_time)
-        assert result.final_distance.tolist() == e.distances[:, repeat].tolist()
+        assert result.scores.tolist() == e.distances[:, repeat].tolist()
         paths.append(result.trajectory)
     expected = np.mean(paths, axis=0)[:, 1:]
     np.testing.assert_allclose(e.trajectory, expected, rtol=1e-6, atol=1e-9)
@@ -151,7 +151,7 @@ def rolled_out(morphology, commands):
 
 
 def test_settling_is_plain_mujoco_with_the_servos_off():
-    robots = build_robots(BODIES, GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES, PHYSICS)
     sim = settle(robots, physics=PHYSICS, duration=0.5)
     assert sim.time == pytest.approx(0.5)
     for k, m in enumerate(BODIES):
@@ -161,7 +161,7 @@ def test_settling_is_plain_mujoco_with_the_servos_off():
 
 
 def test_a_robot_comes_to_rest_on_the_ground():
-    robots = build_robots(BODIES, GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES, PHYSICS)
     path = []
 
     def watch(sim):
@@ -178,7 +178,7 @@ def test_a_robot_comes_to_rest_on_the_ground():
 def test_the_head_is_the_end_unless_the_robot_backs_away():
     duration = 2.0
     bodies = [Morphology(level, faces) for level in (1, 2, 6) for faces in ((1, 1), (1, 6), (7, 2))]
-    robots = build_robots(bodies, GOAL_REACHING, PHYSICS)
+    robots = build_robots(bodies, PHYSICS)
     settled = settle(robots, physics=PHYSICS, duration=0.4)
     heads, failures = find_heads(settled, robots, bodies, physics=PHYSICS, duration=duration)
     assert failures == [None] * len(bodies)
@@ -236,7 +236,7 @@ def commanded(monkeypatch):
 
 
 def closed_loop(morphology, controller, *, is_end, physics=PHYSICS, seeds=None, settle_time=0.1):
-    robots = build_robots([morphology], GOAL_REACHING, physics)
+    robots = build_robots([morphology], physics)
     targets = target_offsets(GOAL_REACHING)[None]
     return ClosedLoop(
         settle(robots, physics=physics, duration=settle_time),
@@ -303,7 +303,7 @@ def test_targets_are_placed_relative_to_the_settled_head():
         distance, bearing = distance_and_bearing(front, front - rear, loop.targets[0])
         np.testing.assert_allclose(distance, 0.45)
         np.testing.assert_allclose(np.degrees(bearing), [90, 45, -45, -90])
-        np.testing.assert_allclose(loop.distance(), 0.45)
+        np.testing.assert_allclose(loop.scores(), 0.45)
         np.testing.assert_allclose(loop.head(), 0.0, atol=1e-12)
 
 
@@ -318,11 +318,11 @@ def test_the_trajectory_ends_where_the_distance_is_measured():
     np.testing.assert_allclose(result.trajectory[:, 0], 0.0, atol=1e-12)
     assert np.abs(result.trajectory[:, 2]).max() > 1e-4
     to_target = target_offsets(GOAL_REACHING) - result.trajectory[:, -1]
-    np.testing.assert_allclose(np.linalg.norm(to_target, axis=1), result.final_distance)
+    np.testing.assert_allclose(np.linalg.norm(to_target, axis=1), result.scores)
 
 
 def test_branches_start_as_exact_copies_and_go_their_own_way():
-    robots = build_robots(BODIES[:1], GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES[:1], PHYSICS)
     settled = settle(robots, physics=PHYSICS, duration=0.1)
     before = settled.state()
     branch = SimulationBatch(robots, copies=3, physics=PHYSICS, n_threads=1)
@@ -342,6 +342,6 @@ def test_an_observer_may_abandon_a_roll_out():
     def stop(sim):
         raise KeyboardInterrupt
 
-    robots = build_robots(BODIES[:1], GOAL_REACHING, PHYSICS)
+    robots = build_robots(BODIES[:1], PHYSICS)
     with pytest.raises(KeyboardInterrupt):
         settle(robots, physics=PHYSICS, duration=1.0, observer=stop)

@@ -418,7 +418,6 @@ def test_a_dropped_column(damaged):
         '"text"',
         "[]",
         '{"evaluations": "many"}',
-        '{"task": "flying"}',
         '{"trials": {"trial_time": 1' + "0" * 400 + "}}",
         "[" * 100_000,
         b"\xff\xfe",
@@ -428,6 +427,14 @@ def test_a_dropped_column(damaged):
 def test_a_garbage_configuration(damaged, value):
     change(damaged, "UPDATE meta SET value = ? WHERE key = 'config'", value)
     with pytest.raises(RunFileError, match=r"damaged\.tsmr is damaged"):
+        RunReader(damaged)
+
+
+def test_an_unknown_task_is_no_damage(damaged):
+    change(damaged, "UPDATE meta SET value = ? WHERE key = 'config'", '{"task": "flying"}')
+    with pytest.raises(
+        RunFileError, match=r"d\.tsmr cannot be opened: unknown task 'flying'.*TENSATLAS_TASKS"
+    ):
         RunReader(damaged)
 
 

@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_up import examples
+from made_up import a_view, examples
 
 from engine.errors import InvalidData
 from engine.tasks import (
+    BUILT_IN,
     GOAL_REACHING,
     SETTLE_TIME,
-    TASKS,
     TRIAL_TIME,
     distance_and_bearing,
     fitness,
     get_task,
     target_offsets,
+    worlds,
 )
 
 lengths = st.floats(0.0, 2.0)
@@ -30,12 +31,13 @@ def test_goal_reaching_is_the_published_task():
     assert GOAL_REACHING.target_distance == 0.45
     assert np.degrees(GOAL_REACHING.target_bearings).tolist() == [90, 45, -45, -90]
     assert GOAL_REACHING.n_targets == 4
-    assert GOAL_REACHING.walls(5) == ()
+    assert worlds(GOAL_REACHING, 5) == [()] * 4
+    assert GOAL_REACHING.target_names == ("90° left", "45° left", "45° right", "90° right")
     assert (SETTLE_TIME, TRIAL_TIME) == (3.0, 40.0)
 
 
 def test_tasks_are_found_by_name():
-    assert all(get_task(name) is task and task.name == name for name, task in TASKS.items())
+    assert all(get_task(name) is task and task.name == name for name, task in BUILT_IN.items())
     with pytest.raises(InvalidData, match="goal-reaching"):
         get_task("flying")
 
@@ -124,9 +126,9 @@ def test_targets_at_chosen_bearings():
 
 
 def test_controllers_sense_centimetres_and_radians():
-    sensed = GOAL_REACHING.sense(np.array([[0.1, 0.0]]), np.array([[0.0, 0.2]]), np.array([[-0.2, 0.3]]))
-    assert sensed.shape == (1, 2)
-    np.testing.assert_allclose(sensed[0], [30 * math.sqrt(2), math.pi / 4])
+    sensed = GOAL_REACHING.sense(a_view(position=(0.1, 0.0), direction=(0.0, 0.2), target=(-0.2, 0.3)))
+    assert sensed.shape == (1, 1, 2)
+    np.testing.assert_allclose(sensed[0, 0], [30 * math.sqrt(2), math.pi / 4])
 
 
 def test_fitness_is_never_a_negative_zero():

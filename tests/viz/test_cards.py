@@ -53,8 +53,9 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     controller = neat.random(rng)
     for _ in range(25):
         controller = neat.mutate(controller, rng)
-    svg = ElementTree.fromstring(network_diagram.render(controller, n_modules))
+    svg = ElementTree.fromstring(network_diagram.render(controller, n_modules, ("far <", "bearing")))
     outputs = set(range(2 * n_modules))
+    assert {"far <", "bearing"} <= {t.text for t in svg.iter("text")}
     texts = [t.text for t in svg.iter("text")]
     assert sum("freq." in (t or "") for t in texts) == n_modules
     direct = [c for c in controller.connections if c.enabled and c.target in outputs]

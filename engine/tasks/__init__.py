@@ -1,0 +1,46 @@
+"""Tasks: what the world holds, what a controller senses, how a final state scores.
+
+A task's own file needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how.
+"""
+
+from engine.tasks.base import (
+    SETTLE_TIME,
+    TRIAL_TIME,
+    Task,
+    bearing_name,
+    fitness,
+    remaining_distance,
+    scores,
+    sensed,
+    target_offsets,
+    worlds,
+)
+from engine.tasks.files import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
+from engine.tasks.goal_reaching import GOAL_REACHING
+from engine.tasks.squeezing import SQUEEZING
+from engine.tasks.view import Frame, View, distance_and_bearing
+from engine.walls import Wall
+
+__all__ = [
+    "BUILT_IN",
+    "GOAL_REACHING",
+    "SETTLE_TIME",
+    "SQUEEZING",
+    "TASKS_VARIABLE",
+    "TRIAL_TIME",
+    "Frame",
+    "Task",
+    "View",
+    "Wall",
+    "bearing_name",
+    "distance_and_bearing",
+    "fitness",
+    "get_task",
+    "load_task",
+    "remaining_distance",
+    "scores",
+    "sensed",
+    "target_offsets",
+    "task_version",
+    "worlds",
+]

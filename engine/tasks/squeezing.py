@@ -1,0 +1,108 @@
+"""Squeezing: crawl to a target through an aperture narrower than the robot (Zardini et al. 2021).
+
+The published robot is turned about the vertical before it is dropped, so that its settled head looks
+along an axis of the walls. On a plane the dynamics do not depend on that turn, so we let robots fall as
+they are, with nothing around them, and put the walls up afterwards in the frame of the settled head; the
+search for the head needs no walls either, and a body settles alike for every task. The other way round
+a robot would have to be settled twice, the first time to find out by how much to turn it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from engine import tensegrity as t
+from engine.tasks.base import Task
+from engine.tasks.view import View
+from engine.walls import Wall
+
+MODULE_LENGTH: Final = 2.0 * float(np.linalg.norm(t.NODES[0]))
+"""Diameter of a module as built, 11.11 cm, from which the published walls are derived."""
+THICKNESS: Final = 1.5 * MODULE_LENGTH
+"""Of every wall, in m; of the front wall it is the length of the aperture."""
+HEIGHT: Final = 0.12
+APERTURE: Final = 0.72 * MODULE_LENGTH
+"""Width of the aperture, in m."""
+MARGIN: Final = 0.04
+"""How much further away the walls without an aperture stand than they need to, in m."""
+SENSOR_RANGE: Final = 0.10
+"""Up to where a wall straight ahead is sensed, in m."""
+DEPTH: Final = 0.04
+"""How far past the entrance a head must end for the bonus, in m."""
+BONUS: Final = 0.04
+"""Deducted from the final distance, in m."""
+
+_DISTANCE: Final = 0.6
+_BEARINGS: Final = (math.radians(5.0), -math.radians(5.0))
+
+
+def entrance(target: np.ndarray) -> np.ndarray:
+    """Return the (..., 2) middle of the aperture's entrance for a (..., 2) target, in m."""
+    return np.stack([target[..., 0] / 4.0, target[..., 1]], axis=-1)
+
+
+def walls(target: int, n_modules: int) -> tuple[Wall, ...]:
+    """Return the front wall, left and right of its aperture, and the walls left, right and behind.
+
+    The front wall's middle is a quarter of the target's distance plus half a wall ahead of the head, its
+    aperture is centred on the target's sideways position. The middles of the other walls are at
+    b = max(that, two nominal robot lengths, the sideways position) + 4 cm.
+    """
+    x = _DISTANCE * math.cos(_BEARINGS[target])
+    y = _DISTANCE * math.sin(_BEARINGS[target])
+    half = THICKNESS / 2.0
+    front = x / 4.0 + half
+    b = max(front, 2.0 * n_modules * MODULE_LENGTH, abs(y)) + MARGIN
+    inner, opening = b - half, APERTURE / 2.0
+    return (
+        _box((front - half, front + half), (y + opening, inner)),
+        _box((front - half, front + half), (-inner, y - opening)),
+        _box((-b - half, front + half), (inner, b + half)),
+        _box((-b - half, front + half), (-b - half, -inner)),
+        _box((-b - half, -inner), (-inner, inner)),
+    )
+
+
+def _box(x: tuple[float, float], y: tuple[float, float]) -> Wall:
+    return Wall(
+        centre=((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, HEIGHT / 2.0),
+        half_size=((x[1] - x[0]) / 2.0, (y[1] - y[0]) / 2.0, HEIGHT / 2.0),
+    )
+
+
+def _sense(view: View) -> np.ndarray:
+    gate = entrance(view.target)
+    distance, bearing = view.to_target()
+    gate_distance, gate_bearing = view.to(gate)
+    past = view.position[..., 0] > gate[..., 0]
+    return np.stack(
+        [
+            100.0 * distance,
+            bearing,
+            100.0 * np.where(past, -gate_distance, gate_distance),
+            gate_bearing,
+            view.clearance <= SENSOR_RANGE,
+        ],
+        axis=-1,
+    )
+
+
+def _score(view: View) -> np.ndarray:
+    depth = view.position[..., 0] - entrance(view.target)[..., 0]
+    return view.distance - np.where(depth >= DEPTH, BONUS, 0.0)
+
+
+SQUEEZING: Final = Task(
+    name="squeezing",
+    summary="crawl to a target 60 cm away through an aperture of 8 cm",
+    inputs=("distance", "bearing", "gate dist.", "gate bear.", "obstacle"),
+    sense=_sense,
+    target_distance=_DISTANCE,
+    target_bearings=_BEARINGS,
+    walls=walls,
+    score=_score,
+    score_name="final distance, less 4 cm past the gate",
+)

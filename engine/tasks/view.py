@@ -1,0 +1,177 @@
+"""What a task gets to see of running simulations: all of them at once, at one moment."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from engine.walls import Obstacles, Wall
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """The settled heads' frames on the ground: x where the head pointed, y to its left.
+
+    A target and walls are placed in it, so a robot always starts at the origin, facing along x. On a
+    plane that is the same as turning every robot before it is dropped until its head faces one way.
+
+    Attributes:
+        origin: (robots, 1, 2) where the heads were, in the world, in m.
+        axes: (robots, 1, 2, 2) the directions of x and y in the world.
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+
+    @classmethod
+    def of(cls, front: np.ndarray, rear: np.ndarray) -> Frame:
+        """Return the frames of heads whose front and rear faces are at (robots, 1, 2)."""
+        ahead = front - rear
+        ahead = ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
+        left = np.stack([-ahead[..., 1], ahead[..., 0]], axis=-1)
+        return cls(front, np.stack([ahead, left], axis=-2))
+
+    def to_world(self, points: np.ndarray) -> np.ndarray:
+        """Return where (robots, copies, 2) points of the frame are in the world."""
+        return self.origin + np.einsum("rcax,rca->rcx", self._axes_like(points), points)
+
+    def from_world(self, points: np.ndarray) -> np.ndarray:
+        """Return where (robots, copies, 2) points of the world are in the frame."""
+        return np.einsum("rcax,rcx->rca", self._axes_like(points), points - self.origin)
+
+    def turned(self, directions: np.ndarray) -> np.ndarray:
+        """Return (robots, copies, 2) directions of the world in the frame."""
+        return np.einsum("rcax,rcx->rca", self._axes_like(directions), directions)
+
+    def place(self, robot: int, walls: Sequence[Wall]) -> tuple[Wall, ...]:
+        """Return walls of a robot's frame as they stand in the world."""
+        x, y = self.axes[robot, 0]
+        yaw = math.atan2(x[1], x[0])
+        placed = []
+        for w in walls:
+            at = self.origin[robot, 0] + w.centre[0] * x + w.centre[1] * y
+            placed.append(
+                Wall(centre=(float(at[0]), float(at[1]), w.centre[2]), half_size=w.half_size, yaw=w.yaw + yaw)
+            )
+        return tuple(placed)
+
+    def _axes_like(self, points: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(self.axes, (*points.shape[:2], *self.axes.shape[2:]))
+
+
+class View:
+    """Simulations at one moment. What is not asked for is not computed.
+
+    Arrays begin with (robots, copies): every robot is simulated in several copies, one for each target
+    and repeat. Lengths are in m. Positions are in the settled head's frame (``Frame``): the trial began
+    with the head at the origin, facing along x; y is to the left, z up from the ground.
+
+    Args:
+        front, rear: (robots, copies, 2) front and rear faces of the heads, in the world.
+        target: (robots, copies, 2) the targets in the world.
+        frame: of the settled heads.
+        obstacles: the walls of every copy, in the settled head's frame.
+        time: seconds since the trial began.
+        rods: returns the (robots, copies, modules, 6, 3) centres of all rods, in the world.
+        height: returns the (robots, copies) heights of the heads' front faces.
+    """
+
+    def __init__(
+        self,
+        *,
+        front: np.ndarray,
+        rear: np.ndarray,
+        target: np.ndarray,
+        frame: Frame,
+        obstacles: Obstacles,
+        time: float,
+        rods: Callable[[], np.ndarray],
+        height: Callable[[], np.ndarray],
+    ) -> None:
+        self._front = front
+        self._facing = front - rear
+        self._target = target
+        self._frame = frame
+        self._obstacles = obstacles
+        self._rods = rods
+        self._height = height
+        self._time = time
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Robots and copies."""
+        return self._front.shape[0], self._front.shape[1]
+
+    @functools.cached_property
+    def time(self) -> np.ndarray:
+        """(robots, copies) seconds since the trial began, the same for all."""
+        return np.full(self.shape, self._time)
+
+    @functools.cached_property
+    def position(self) -> np.ndarray:
+        """(robots, copies, 2) where the head is: the middle of its front face."""
+        return self._frame.from_world(self._front)
+
+    @functools.cached_property
+    def direction(self) -> np.ndarray:
+        """(robots, copies, 2) where the head points, of unit length."""
+        facing = self._frame.turned(self._facing)
+        return facing / np.linalg.norm(facing, axis=-1, keepdims=True)
+
+    @functools.cached_property
+    def height(self) -> np.ndarray:
+        """(robots, copies) height of the middle of the head's front face above the ground."""
+        return self._height()
+
+    @functools.cached_property
+    def target(self) -> np.ndarray:
+        """(robots, copies, 2) the target."""
+        return self._frame.from_world(self._target)
+
+    @functools.cached_property
+    def modules(self) -> np.ndarray:
+        """(robots, copies, modules, 3) centres of the modules, from the first of the chain to the last."""
+        centres = self._rods().mean(axis=3)
+        flat = centres[..., :2].reshape(len(centres), -1, 2)
+        level = self._frame.from_world(flat).reshape(*centres.shape[:-1], 2)
+        return np.concatenate([level, centres[..., 2:]], axis=-1)
+
+    @functools.cached_property
+    def distance(self) -> np.ndarray:
+        """(robots, copies) from the head to the target."""
+        return np.linalg.norm(self._target - self._front, axis=-1)
+
+    @functools.cached_property
+    def clearance(self) -> np.ndarray:
+        """(robots, copies) from the head straight ahead to a wall; infinite if there is none."""
+        return self._obstacles.clearance(self.position, self.direction)
+
+    def to_target(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return distance (m) and bearing (rad) of the target, (robots, copies) each."""
+        # in the world's frame, so that no rounding comes between a sensor and its value
+        return distance_and_bearing(self._front, self._facing, self._target)
+
+    def to(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return distance (m) and bearing (rad, positive to the left) of points, (robots, copies, 2)."""
+        return distance_and_bearing(self.position, self.direction, point)
+
+
+def distance_and_bearing(
+    position: np.ndarray, direction: np.ndarray, point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return distance (...) in m and bearing (...) in rad, in (-pi, pi], of points from a head.
+
+    Args:
+        position: (..., 2) of the head.
+        direction: (..., 2) where it points; need not be of unit length.
+        point: (..., 2).
+    """
+    to = point - position
+    ahead = to[..., 0] * direction[..., 0] + to[..., 1] * direction[..., 1]
+    left = to[..., 1] * direction[..., 0] - to[..., 0] * direction[..., 1]
+    # adding zero turns -0.0 into 0.0, so that straight behind is pi, never -pi
+    return np.hypot(to[..., 0], to[..., 1]), np.arctan2(left + 0.0, ahead)

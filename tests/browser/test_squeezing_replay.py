@@ -1,0 +1,60 @@
+"""A squeezing robot among its walls, in a real Chromium."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+from widgets import field_of
+
+from app.explore import serve
+from engine import run
+from engine.config import RunConfig
+from engine.reader import RunReader
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def squeezing_run(small_config: RunConfig, workplace: Path) -> Path:
+    path = workplace / "squeezing.tsmr"
+    run.evolve(
+        path, dataclasses.replace(small_config, task="squeezing", evaluations=6, initial=6), n_threads=2
+    )
+    return path
+
+
+def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
+    squeezing_run: Path, visit: Callable[[str], Page]
+) -> None:
+    with serve([squeezing_run], host="127.0.0.1", port=0) as server, RunReader(squeezing_run) as reader:
+        page = visit(f"http://127.0.0.1:{server.get_port()}")
+        page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]').first.click(
+            force=True, no_wait_after=True
+        )
+        line, card = page.locator(".ta-replay"), page.locator(".ta-card")
+        expect(line).to_contain_text("exactly as evaluated")
+        expect(card).to_contain_text("final distance, less 4 cm past the gate, by target")
+        evaluation = reader.evaluation(int((card.text_content() or "").split()[1]))
+        expect(line).to_contain_text(f"scores {100 * evaluation.distances[0, 0]:.2f} cm at 2 s")
+
+        (client,) = server.get_clients().values()
+        seen = []
+        for target in ("1: 5° left", "2: 5° right"):
+            field = field_of(page, "Target")
+            if field.input_value() != target:
+                field.click()
+                page.get_by_role("option", name=target).click()
+                expect(line).to_contain_text(f"scores {100 * evaluation.distances[1, 0]:.2f} cm at 2 s")
+            nodes = client.scene._handle_from_node_name
+            walls = [nodes[f"/walls/{k}"] for k in range(5)]
+            assert "/walls/5" not in nodes
+            seen.append([tuple(w.position) for w in walls])
+        assert seen[0] != seen[1]
+        # the camera is where it was placed, however slow the browser is: 1 m away, not viser's 5 m
+        page.wait_for_timeout(1000)
+        assert np.linalg.norm(client.camera.position) < 2.0
