@@ -18,6 +18,7 @@ from app.library import NEW_RUNS
 from engine import config
 from engine.errors import InvalidData, RunFileError
 from engine.store import SUFFIX, is_being_written, lock_path
+from engine.tasks import BUILT_IN
 
 START_TIMEOUT = 30.0
 """Seconds within which a new run must have created its file."""
@@ -38,9 +39,14 @@ class NewRun:
 
 
 def choices(field: str) -> tuple[str, ...]:
-    """Return the values that a field of the configuration may have, as its type has them."""
+    """Return the values that a field of the configuration may have, as its type has them.
+
+    Of the tasks these are the built-in ones: any other is a file of code, which only the command line names.
+    """
+    if field == "task":
+        return tuple(BUILT_IN)
     hint = typing.get_type_hints(config.RunConfig)[field]
-    return tuple(map(str, typing.get_args(hint))) or (str(getattr(config.RunConfig(), field)),)
+    return tuple(map(str, typing.get_args(hint)))
 
 
 def start(new: NewRun) -> Path:
