@@ -100,6 +100,8 @@ class RunReader:
                 self.config: RunConfig = from_json(meta.get("config"))
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
                 self.created_at = str(meta.get("created_at", ""))
+                self.projection = None if "projection" not in meta else _strings(meta["projection"])
+                """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
         except RunFileError:
             self.close()
             raise
@@ -157,6 +159,15 @@ class RunReader:
         )
         with self.guard():
             return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+
+    def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
+        """Return every change of an archive in order: generation, cell, its new evaluation or None."""
+        rows = self._query(
+            "SELECT generation, cell, evaluation FROM placements WHERE archive = ? ORDER BY generation",
+            (archive,),
+        )
+        with self.guard():
+            return [(int(g), parse_cell(str(c)), None if n is None else int(n)) for g, c, n in rows]
 
     def contents(self, archive: str, generation: int) -> dict[Cell, Evaluation]:
         """Return the elites of an archive at the end of a generation, by cell."""
@@ -254,7 +265,8 @@ class RunReader:
         task, trials = get_task(self.config.task), self.config.trials
         if (
             e.distances.shape != (task.n_targets, trials.repeats)
-            or e.trajectory.shape[1] != math.floor(trials.trial_time + 1e-9)
+            # a file may have been rid of its trajectories to make it smaller
+            or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
             or e.solution.controller.n_inputs != task.n_inputs
         ):
             raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
@@ -358,5 +370,5 @@ def _finite(value: Any) -> float:
 
 def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
-        raise InvalidData("versions must be a table of names and versions")
+        raise InvalidData("expected a table of names and texts")
     return {str(k): str(v) for k, v in data.items()}

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from engine.algorithms.base import Algorithm
+from engine.algorithms.base import Algorithm, Snapshot
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.archive import GridArchive
 from engine.config import RunConfig
@@ -145,6 +145,11 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
         # The reader comes first: it opens and closes the file once more to look at its header, and
         # closing any descriptor of a file drops the locks that this process holds on it.
         reader = stack.enter_context(RunReader(path))
+        if reader.projection is not None:
+            raise RunFileError(
+                f"{path} is a projection of {reader.projection.get('source', 'another run')};"
+                " resume that one and project it again"
+            )
         with RunWriter.open(path) as writer:
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
@@ -159,6 +164,8 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     if last is None or state is None:
         return algorithm, 0.0
     contents = {name: reader.contents(name, last) for name in algorithm.archives}
+    if any(not e.trajectory.size for held in contents.values() for e in held.values()):
+        raise RunFileError(f"{reader.path} has elites without a trajectory and cannot be gone on with")
     with reader.guard():
         algorithm.restore(state, contents)
     return algorithm, reader.generations(last - 1)[-1].seconds
@@ -229,7 +236,7 @@ def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Seque
             )
 
 
-def statistics(algorithm: Algorithm, initial_distance: float) -> dict[str, Any]:
+def statistics(algorithm: Snapshot, initial_distance: float) -> dict[str, Any]:
     """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
     return {
         name: {
