@@ -75,7 +75,8 @@ class RankSum:
         """Say in a sentence what the test has shown.
 
         Args:
-            first, second: names of the samples.
+            first: name of the first sample.
+            second: name of the second.
         """
         if not self.enough:
             return (
