@@ -85,8 +85,8 @@ class RankSum:
                 f" {fewest_runs()} of each are the fewest that could reach {ALPHA:g}."
             )
         if self.significant:
-            return f"{first} and {second} differ (p = {self.p:.2g})."
-        return f"No difference between {first} and {second} is shown (p = {self.p:.2g})."
+            return f"{first} and {second} differ."
+        return f"No difference between {first} and {second} is shown."
 
 
 def rank_sum(first: Sequence[float], second: Sequence[float]) -> RankSum:

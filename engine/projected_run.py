@@ -79,13 +79,19 @@ def project_run(
     Raises:
         RunFileError: the run cannot be read or projected, or the new one cannot be written.
     """
+    if out.exists():
+        raise RunFileError(f"{out} exists; choose another name for the projection")
     with RunReader(source) as reader:
         generations = reader.generations()
         if not generations:
             raise RunFileError(f"{source} has no finished generation to project")
-        if GRID in generations[-1].archives:
-            return _project_down(reader, generations, out)
-        return _project_up(reader, generations, out, n_threads, observer)
+        try:
+            if GRID in generations[-1].archives:
+                return _project_down(reader, generations, out)
+            return _project_up(reader, generations, out, n_threads, observer)
+        except BaseException:
+            out.unlink(missing_ok=True)  # half a projection is none
+            raise
 
 
 def _project_down(reader: RunReader, generations: list[Generation], out: Path) -> ProjectionReport:

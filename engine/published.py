@@ -40,7 +40,7 @@ def statistics(measure: str, task: str, algorithm: str) -> dict[str, float] | No
     Returns:
         ``mean`` and ``std``; for the first two also ``min``, ``max`` and ``median``.
     """
-    return _tables().get(measure, {}).get(task, {}).get(algorithm)
+    return _tables()["statistics"].get(measure, {}).get(task, {}).get(algorithm)
 
 
 def rank_sum_p(measure: str, task: str, first: str, second: str) -> float | None:

@@ -1,0 +1,365 @@
+"""Figures of archives: the maps of all runs in the paper's arrangement, and 4-D maps drawn nested.
+
+All maps of a task share one colour scale.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from engine.algorithms.base import Axis
+from engine.archive import Cell
+from engine.comparison import TaskComparison
+from engine.measures import cell_centre
+from engine.projection import CONTROLLER, GRID, MORPHOLOGY, EliteMap
+from engine.run_result import RunResult
+from viz import theme
+from viz.heatmap import axis_title, color_limits
+from viz.report_style import Look, dress
+
+COLUMNS: Final = 5
+"""Maps beside each other, as in the paper."""
+MOST_RUNS: Final = 10
+"""Runs of one algorithm that are drawn; the paper has ten."""
+_MAP_WIDTHS: Final = {1: 270, 2: 270, 3: 262, 4: 196, 5: 151}
+"""Width of a map in px by how many lie beside each other."""
+_LEFT: Final = 92
+_RIGHT: Final = 96
+_GAP_X, _GAP_Y = 34, 62
+_TOP: Final = 46
+_NESTED: Final = 421
+"""Width and height of a nested map in px."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Panel:
+    title: str
+    map: EliteMap
+    run: RunResult
+
+
+def limits(task: TaskComparison) -> tuple[float, float]:
+    """Return the ends of the colour scale that all maps of a task share, in cm."""
+    values = [
+        100.0 * v
+        for run in task.runs
+        for name in (MORPHOLOGY, CONTROLLER)
+        if name in run.maps
+        for v in run.maps[name].values(run.initial_distance).values()
+    ]
+    return color_limits(values)
+
+
+def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> go.Figure:
+    """Return the morphology maps, then the controller maps, a row of runs for each algorithm.
+
+    With a single run of each algorithm the algorithms lie beside each other instead.
+
+    Args:
+        task: whose runs.
+        labels: a short name of each run, by path.
+        look: the colours.
+    """
+    rows = _rows(task, labels)
+    n_columns = max(len(panels) for _, panels in rows)
+    side = _MAP_WIDTHS[n_columns]
+    width = _LEFT + _RIGHT + n_columns * side + (n_columns - 1) * _GAP_X
+    height_of_map = side if n_columns > 3 else round(side * 0.86)
+    height = _TOP + len(rows) * height_of_map + (len(rows) - 1) * _GAP_Y + 58
+    plot_w, plot_h = width - _LEFT - _RIGHT, height - _TOP - 58
+    figure = make_subplots(
+        rows=len(rows),
+        cols=n_columns,
+        horizontal_spacing=_GAP_X / plot_w if n_columns > 1 else 0,
+        vertical_spacing=_GAP_Y / plot_h if len(rows) > 1 else 0,
+    )
+    for r, (row_title, panels) in enumerate(rows, start=1):
+        for c in range(1, n_columns + 1):
+            panel = panels[c - 1] if c <= len(panels) else None
+            if panel is None:
+                figure.update_xaxes(visible=False, row=r, col=c)
+                figure.update_yaxes(visible=False, row=r, col=c)
+                continue
+            _add_map(figure, panel, r, c, look, first=all(p is None for p in panels[: c - 1]))
+            domain = figure.get_subplot(r, c)
+            figure.add_annotation(
+                text=panel.title,
+                x=sum(domain.xaxis.domain) / 2,
+                y=domain.yaxis.domain[1],
+                xref="paper",
+                yref="paper",
+                xanchor="center",
+                yanchor="bottom",
+                yshift=3,
+                showarrow=False,
+                font={"size": 12},
+            )
+        figure.add_annotation(
+            text=row_title,
+            x=0,
+            xshift=-_LEFT + 4,
+            y=sum(figure.get_subplot(r, 1).yaxis.domain) / 2,
+            xref="paper",
+            yref="paper",
+            textangle=-90,
+            xanchor="left",
+            yanchor="middle",
+            showarrow=False,
+            font={"size": 13},
+        )
+    dress(
+        figure,
+        look,
+        width=width,
+        height=height,
+        margin={"l": _LEFT, "r": _RIGHT, "t": _TOP, "b": 58},
+        coloraxis=_color_axis(task, look, height_of_map),
+    )
+    figure.update_xaxes(tickfont_size=10, title_font_size=11, title_standoff=3, showgrid=False)
+    figure.update_yaxes(tickfont_size=10, title_font_size=11, title_standoff=3, showgrid=False)
+    return figure
+
+
+def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, list[_Panel | None]]]:
+    """Return the titles of the rows and their maps, None for a gap."""
+    kinds = [n for n in (MORPHOLOGY, CONTROLLER) if any(n in r.maps for r in task.runs)]
+    if all(len(g.runs) == 1 for g in task.groups) and len(task.groups) <= COLUMNS:
+        return [
+            (
+                f"<b>{name} maps</b>",
+                [
+                    _Panel(g.name + _how(g.runs[0], name), g.runs[0].maps[name], g.runs[0])
+                    if name in g.runs[0].maps
+                    else None
+                    for g in task.groups
+                ],
+            )
+            for name in kinds
+        ]
+    rows: list[tuple[str, list[_Panel | None]]] = []
+    for name in kinds:
+        for group in task.groups:
+            runs = [r for r in group.runs[:MOST_RUNS] if name in r.maps]
+            for k in range(0, len(runs), COLUMNS):
+                title = f"<b>{group.name}</b><br>{name}{_how(runs[0], name)}"
+                part = runs[k : k + COLUMNS]
+                rows.append((title, [_Panel(html.escape(labels[r.path]), r.maps[name], r) for r in part]))
+    return rows
+
+
+def _how(run: RunResult, name: str) -> str:
+    """Return how a map came about, if it is no archive that the algorithm worked with."""
+    if run.config.algorithm == "vie-neat":
+        return " (reconstructed)"
+    return " (projected)" if run.maps[name].projected else ""
+
+
+def _add_map(figure: go.Figure, panel: _Panel, row: int, col: int, look: Look, *, first: bool) -> None:
+    shown = panel.map if len(panel.map.axes) == 2 else panel.map.project((0, 1))
+    x_axis, y_axis = shown.axes
+    values = {c: 100.0 * v for c, v in shown.values(panel.run.initial_distance).items()}
+    z = [[values.get((i, j)) for i in range(x_axis.n)] for j in range(y_axis.n)]
+    hover = [
+        [_hover(shown, (i, j), panel.run.initial_distance) for i in range(x_axis.n)] for j in range(y_axis.n)
+    ]
+    place = {"row": row, "col": col}
+    # what lies under the cells shows where one is empty
+    figure.add_heatmap(
+        z=[[0] * x_axis.n for _ in range(y_axis.n)],
+        colorscale=[[0, look.empty], [1, look.empty]],
+        showscale=False,
+        hoverinfo="skip",
+        xgap=1.5,
+        ygap=1.5,
+        **place,
+    )
+    figure.add_heatmap(
+        z=z,
+        text=hover,
+        hovertemplate="%{text}<extra></extra>",
+        coloraxis="coloraxis",
+        xgap=1.5,
+        ygap=1.5,
+        **place,
+    )
+    for axis, update in ((x_axis, figure.update_xaxes), (y_axis, figure.update_yaxes)):
+        at, text = _ticks(axis)
+        beside_its_like = update == figure.update_yaxes and not first
+        if beside_its_like and not axis.name.startswith("PCA"):
+            text = [""] * len(at)  # the same as of the first map of the row
+        update(
+            tickvals=at,
+            ticktext=text,
+            title_text="" if beside_its_like else axis_title(axis),
+            showline=False,
+            range=[-0.5, axis.n - 0.5],
+            **place,
+        )
+
+
+def _hover(shown: EliteMap, cell: Cell, initial_distance: float) -> str:
+    if cell not in shown.elites:
+        return "empty cell"
+    fitness, number = shown.elites[cell]
+    where = ", ".join(f"{a.name} {_value(a, i)}" for a, i in zip(shown.axes, cell, strict=True))
+    return f"f<sub>s</sub> {100 * (initial_distance - fitness):.2f} cm<br>{where}<br>robot {number}"
+
+
+def _value(axis: Axis, index: int) -> str:
+    value = cell_centre(axis, index)
+    return f"{value:.0f}" if axis.name == "modules" else f"{value:.1f}"
+
+
+def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
+    """Return some cells of an axis and their labels, few enough not to crowd a small map."""
+    if axis.name == "modules":
+        at = list(range(0, axis.n, 2))
+    elif axis.name.startswith("PCA"):
+        at = sorted({0, (axis.n - 1) // 2, axis.n - 1})
+    else:
+        at = list(range(1, axis.n, 3))
+    return at, [_value(axis, i) for i in at]
+
+
+def _color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
+    low, high = limits(task)
+    below = any(
+        100.0 * v < low
+        for run in task.runs
+        for m in run.maps.values()
+        for v in m.values(run.initial_distance).values()
+    )
+    ticks = [low + part * (high - low) for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    text = [f"{t:.3g}" for t in ticks]
+    if below:
+        text[0] = f"≤ {text[0]}"
+    return {
+        "cmin": low,
+        "cmax": high,
+        "colorscale": theme.MAPS["viridis"],
+        "colorbar": {
+            "title": {"text": "f<sub>s</sub> (cm)", "font": {"size": 12}},
+            "thickness": 12,
+            "lenmode": "pixels",
+            "len": max(length, 180),
+            "y": 1,
+            "yanchor": "top",
+            "x": 1,
+            "xpad": 18,
+            "outlinewidth": 0,
+            "tickvals": ticks,
+            "ticktext": text,
+            "tickfont": {"size": 11, "color": look.muted},
+        },
+    }
+
+
+def nested_figure(
+    task: TaskComparison, runs: Sequence[RunResult], labels: Mapping[Any, str], look: Look
+) -> go.Figure:
+    """Return 4-D maps, two beside each other: a block for every body, in it a cell for every movement.
+
+    Args:
+        task: whose colour scale to use.
+        runs: that have a map ``grid``.
+        labels: a short name of each run, by path.
+        look: the colours.
+    """
+    runs = list(runs)[:MOST_RUNS]
+    n_columns, n_rows = min(len(runs), 2), math.ceil(len(runs) / 2)
+    gap_x, gap_y = 70, 96
+    margin = {"l": 64, "r": 104, "t": 66, "b": 60}
+    plot_w = n_columns * _NESTED + (n_columns - 1) * gap_x
+    plot_h = n_rows * _NESTED + (n_rows - 1) * gap_y
+    figure = make_subplots(
+        rows=n_rows,
+        cols=n_columns,
+        horizontal_spacing=gap_x / plot_w if n_columns > 1 else 0,
+        vertical_spacing=gap_y / plot_h if n_rows > 1 else 0,
+    )
+    for k, run in enumerate(runs):
+        row, col = divmod(k, n_columns)
+        _add_nested(figure, run, row + 1, col + 1, look)
+        place = figure.get_subplot(row + 1, col + 1)
+        grid = run.maps[GRID]
+        across, up = grid.axes[2:]
+        figure.add_annotation(
+            text=f"<b>{html.escape(labels[run.path])}</b>   {len(grid.elites)} of"
+            f" {math.prod(a.n for a in grid.axes):,} cells filled"
+            f"<br><span style='color:{look.muted}'>in each block: {across.name} →, {up.name} ↑</span>",
+            x=place.xaxis.domain[0],
+            y=place.yaxis.domain[1],
+            xref="paper",
+            yref="paper",
+            xanchor="left",
+            yanchor="bottom",
+            yshift=4,
+            align="left",
+            showarrow=False,
+            font={"size": 12},
+        )
+    if len(runs) < n_rows * n_columns:
+        figure.update_xaxes(visible=False, row=n_rows, col=n_columns)
+        figure.update_yaxes(visible=False, row=n_rows, col=n_columns)
+    dress(
+        figure,
+        look,
+        width=plot_w + margin["l"] + margin["r"],
+        height=plot_h + margin["t"] + margin["b"],
+        margin=margin,
+        coloraxis=_color_axis(task, look, _NESTED * 0.6),
+    )
+    figure.update_xaxes(showgrid=False, showline=False)
+    figure.update_yaxes(showgrid=False, showline=False)
+    return figure
+
+
+def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Look) -> None:
+    grid = run.maps[GRID]
+    outer_x, outer_y, inner_x, inner_y = grid.axes
+    step_x, step_y = inner_x.n + 1, inner_y.n + 1  # a strip between blocks
+    wide, high = outer_x.n * step_x - 1, outer_y.n * step_y - 1
+    z: list[list[float | None]] = [[None] * wide for _ in range(high)]
+    under: list[list[int | None]] = [
+        [0 if (x + 1) % step_x and (y + 1) % step_y else None for x in range(wide)] for y in range(high)
+    ]
+    text = [[""] * wide for _ in range(high)]
+    for cell, value in grid.values(run.initial_distance).items():
+        a, b, c, d = cell
+        x, y = a * step_x + c, b * step_y + d
+        z[y][x] = 100.0 * value
+        text[y][x] = _hover(grid, cell, run.initial_distance)
+    place = {"row": row, "col": col}
+    figure.add_heatmap(
+        z=under,
+        colorscale=[[0, look.empty], [1, look.empty]],
+        showscale=False,
+        hoverinfo="skip",
+        **place,
+    )
+    figure.add_heatmap(
+        z=z,
+        text=text,
+        hovertemplate="%{text}<extra></extra>",
+        hoverongaps=False,
+        coloraxis="coloraxis",
+        **place,
+    )
+    for axis, step, n, update in (
+        (outer_x, step_x, inner_x.n, figure.update_xaxes),
+        (outer_y, step_y, inner_y.n, figure.update_yaxes),
+    ):
+        update(
+            tickvals=[i * step + (n - 1) / 2 for i in range(axis.n)],
+            ticktext=[_value(axis, i) for i in range(axis.n)],
+            title_text=axis_title(axis),
+            range=[-0.5, axis.n * step - 1.5],
+            **place,
+        )
