@@ -34,8 +34,8 @@ def compare(command: c.Compare, console: Console) -> None:
         InvalidData: there is nothing to compare.
         ExportError: the report cannot be written.
     """
-    _check_folder(command.out)
     comparison = compare_runs(command.run, at=command.at)
+    _make_folder(command.out)
     for note in comparison.notes:
         console.print(f"tensatlas: note: {note}", markup=False)
     sections = report_sections(comparison)
@@ -55,7 +55,7 @@ def compare(command: c.Compare, console: Console) -> None:
     console.print(f"Wrote the report to {report}", markup=False)
 
 
-def _check_folder(folder: Path) -> None:
+def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:

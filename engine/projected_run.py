@@ -112,17 +112,14 @@ def _project_down(reader: RunReader, generations: list[Generation], out: Path) -
                 else:
                     held[cell] = number
                 position += 1
-            axes = generation.archives[GRID].axes
-            keep = {MORPHOLOGY: body_axes(axes), CONTROLLER: trajectory_axes(axes)}
-            archives, all_axes = {}, {}
-            for name, indices in keep.items():
-                all_axes[name] = tuple(axes[i] for i in indices)
-                best = best_per_cell(
-                    ((c, (_fitness(reader, elites[n]), n)) for c, n in held.items()), indices
-                )
-                archives[name] = _archive(
-                    all_axes[name], ((c, elites[n]) for c, (_, n) in best.items()), reader
-                )
+            with reader.guard():
+                axes = generation.archives[GRID].axes
+                placed = [(c, (_fitness(reader, elites[n]), n)) for c, n in held.items()]
+                archives, all_axes = {}, {}
+                for name, keep in ((MORPHOLOGY, body_axes(axes)), (CONTROLLER, trajectory_axes(axes))):
+                    all_axes[name] = tuple(axes[i] for i in keep)
+                    best = best_per_cell(placed, keep)
+                    archives[name] = _archive(all_axes[name], ((c, elites[n]) for c, (_, n) in best.items()))
             view = _Projected(generation.number + 1, archives, all_axes, saved)
             writer.close_generation(view, statistics(view, distance), generation.seconds)
             filled = {name: len(archive) for name, archive in archives.items()}
@@ -145,9 +142,7 @@ def _project_up(
         n: dataclasses.replace(elites[n], trajectory=e.trajectory) for n, e in again.items()
     }
     lifted = lift(reader, last, completed)
-    archive = _archive(
-        lifted.map.axes, ((c, completed[n]) for c, (_, n) in lifted.map.elites.items()), reader
-    )
+    archive = _archive(lifted.map.axes, ((c, completed[n]) for c, (_, n) in lifted.map.elites.items()))
     view = _Projected(last.number + 1, {GRID: archive}, {GRID: lifted.map.axes}, _saved_state(reader))
     distance = get_task(reader.config.task).target_distance
     with RunWriter.create(out, reader.config, reader.versions, _meta(reader, UP)) as writer:
@@ -209,13 +204,10 @@ def _copy(
     writer.add_evaluations(generation.number, [found[n] for n in sorted(found)])
 
 
-def _archive(
-    axes: tuple[Axis, ...], placed: Iterable[tuple[Cell, Evaluation]], reader: RunReader
-) -> GridArchive:
+def _archive(axes: tuple[Axis, ...], placed: Iterable[tuple[Cell, Evaluation]]) -> GridArchive:
     archive = GridArchive(shape=tuple(a.n for a in axes))
-    with reader.guard():
-        for cell, e in placed:
-            archive.add(cell, e)
+    for cell, e in placed:
+        archive.add(cell, e)
     return archive
 
 

@@ -184,16 +184,15 @@ def _projected_points(reader: RunReader, generations: list[Generation]) -> tuple
     points: list[Point] = []
     position = 0
     for generation in generations:
-        axes = generation.archives[GRID].axes
-        keep = body_axes(axes)
-        while position < len(changes) and changes[position][0] <= generation.number:
-            _, cell, n = changes[position]
-            if n not in known:
-                raise RunFileError(f"{reader.path} is damaged: evaluation {n} holds a cell of a map")
-            elite, part = (known[n].fitness, n), tuple(cell[i] for i in keep)
-            if part not in best or elite < best[part]:
-                best[part] = elite
-            position += 1
+        with reader.guard():
+            axes = generation.archives[GRID].axes
+            keep = body_axes(axes)
+            while position < len(changes) and changes[position][0] <= generation.number:
+                _, cell, n = changes[position]
+                elite, part = (known[n].fitness, n), tuple(cell[i] for i in keep)
+                if part not in best or elite < best[part]:
+                    best[part] = elite
+                position += 1
         shown = EliteMap(tuple(axes[i] for i in keep), best, True)
         points.append(
             Point(generation.n_evaluations, shown.best(distance), shown.qd_score(distance), shown.coverage)

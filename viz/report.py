@@ -15,7 +15,7 @@ from engine.comparison import Comparison, TaskComparison
 from engine.projection import GRID
 from viz.report_maps import MOST_RUNS, maps_figure, nested_figure
 from viz.report_style import LIGHT, Look
-from viz.report_tables import MEASURES, runs_table, statistics_table, tests_table
+from viz.report_tables import MEASURES, rank_sum_table, runs_table, statistics_table
 from viz.report_trends import ends_figure, trend_figure
 
 _TASK_TITLES: Final = {"goal-reaching": "Goal reaching", "squeezing": "Squeezing"}
@@ -86,7 +86,7 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: Look) -> 
             f"{name}-results",
             heading("results"),
             "".join(statistics_table(task, m) for m in MEASURES)
-            + tests_table(task)
+            + rank_sum_table(task)
             + "<p>s.d. is the sample's. The tests are two-sided, by the normal approximation and without"
             " correction for the number of tests, as the published ones are."
             f" Published figures: {published.CITATION}.</p>",

@@ -81,7 +81,7 @@ def statistics_table(task: TaskComparison, measure: str) -> str:
     return _table(head, rows, texts=1, caption=caption, split=2 + len(names) if columns else None)
 
 
-def tests_table(task: TaskComparison) -> str:
+def rank_sum_table(task: TaskComparison) -> str:
     """Return the rank-sum tests of all pairs of algorithms and what each says, the paper's p beside it."""
     tests = task.tests()
     if not tests:
