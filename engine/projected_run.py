@@ -12,7 +12,7 @@ from engine.archive import Cell, GridArchive
 from engine.errors import RunFileError
 from engine.evaluation import Evaluation
 from engine.measures import body_axes, trajectory_axes
-from engine.projection import CONTROLLER, GRID, MORPHOLOGY, best_per_cell, double_elites, lift
+from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, best_per_cell, double_elites, lift
 from engine.reader import Generation, RunReader
 from engine.run import create_evaluator, statistics
 from engine.store import RunWriter

@@ -22,7 +22,7 @@ import numpy as np
 
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
 from engine.evaluation import Solution
-from engine.projection import EliteMap, load_map
+from engine.elite_map import EliteMap, load_map
 from engine.reader import Generation, RunReader
 from engine.run import create_evaluator, versions
 from engine.tasks import get_task

@@ -11,7 +11,7 @@ from engine.archive import Cell
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.measures import body_axes
-from engine.projection import (
+from engine.elite_map import (
     CONTROLLER,
     GRID,
     MORPHOLOGY,

@@ -18,7 +18,7 @@ from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.comparison import TaskComparison
 from engine.measures import cell_centre
-from engine.projection import CONTROLLER, GRID, MORPHOLOGY, EliteMap
+from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap
 from engine.run_result import RunResult
 from viz import theme
 from viz.heatmap import axis_title, color_limits

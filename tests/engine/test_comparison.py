@@ -3,7 +3,7 @@ import dataclasses
 import io
 
 import pytest
-from grid_run import AXES, random_grid_run, write_grid_run
+from made_up_grid import AXES, random_grid_run, write_grid_run
 from made_up import MADE_UP, evaluation
 
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs

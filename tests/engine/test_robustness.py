@@ -3,13 +3,13 @@ import shutil
 
 import numpy as np
 import pytest
-from grid_run import AXES
+from made_up_grid import AXES
 from made_up import MadeUpEvaluator
 
 import engine.robustness
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import LocalEvaluator
-from engine.projection import EliteMap
+from engine.elite_map import EliteMap
 from engine.reader import RunReader
 from engine.robustness import (
     Robustness,

@@ -3,7 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from grid_run import AXES, random_grid_run
+from made_up_grid import AXES, random_grid_run
 
 from engine.errors import ExportError, RunFileError
 from engine.morphology import Morphology

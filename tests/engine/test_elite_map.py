@@ -4,7 +4,7 @@ import sqlite3
 
 import numpy as np
 import pytest
-from grid_run import AXES, random_grid_run, write_grid_run
+from made_up_grid import AXES, random_grid_run, write_grid_run
 from hypothesis import given
 from hypothesis import strategies as st
 from made_up import MADE_UP, evaluation, examples, made_up_evaluation
@@ -16,7 +16,7 @@ from engine.errors import InvalidData, RunFileError
 from engine.measures import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.morphology import Morphology
 from engine.projected_run import DOWN, UP, project_run
-from engine.projection import (
+from engine.elite_map import (
     EliteMap,
     best_per_cell,
     double_elites,
