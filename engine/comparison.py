@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from engine.analysis import RankSum, Statistics, Trend, describe, rank_sum, trend
 from engine.config import to_json
-from engine.errors import InvalidData
 from engine.elite_map import MORPHOLOGY
+from engine.errors import InvalidData
 from engine.run_result import ALGORITHM_NAMES, NothingToCompareError, RunResult, load_result
 from engine.store import SUFFIX
 

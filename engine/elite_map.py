@@ -20,6 +20,7 @@ from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
 from engine.measures import body_axes, body_cell, trajectory_axes
+from engine.projection import project
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
 
@@ -47,8 +48,17 @@ class EliteMap:
 
     @property
     def coverage(self) -> float:
-        """Filled cells over all cells."""
-        return len(self.elites) / float(np.prod([a.n for a in self.axes]))
+        """Filled cells over all that can be filled."""
+        return len(self.elites) / self.n_cells
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells that can be filled: no body's softest module is stiffer than its stiffest."""
+        by_name = {a.name: a.n for a in self.axes}
+        n = math.prod(by_name.values())
+        if {"softest", "stiffest"} <= set(by_name):
+            n = n // by_name["stiffest"] * (by_name["softest"] + 1) // 2
+        return n
 
     def qd_score(self, initial_distance: float) -> float:
         """Return the sum over filled cells of f_s = initial distance - fitness, in m."""
@@ -68,16 +78,19 @@ class EliteMap:
         Args:
             keep: indices of the axes, in order.
         """
-        return EliteMap(tuple(self.axes[i] for i in keep), best_per_cell(self.elites.items(), keep), True)
+        shown = project(self.elites, keep, rank=lambda elite: elite)
+        return EliteMap(
+            tuple(self.axes[i] for i in keep),
+            {onto: self.elites[cell] for onto, cell in sorted(shown.items())},
+            projected=True,
+        )
 
 
-def best_per_cell(placed: Iterable[tuple[Cell, Elite]], keep: Sequence[int]) -> dict[Cell, Elite]:
-    """Return the best elite of each cell along some of the axes, in the order of the cells."""
+def best_per_cell(placed: Iterable[tuple[Cell, Elite]]) -> dict[Cell, Elite]:
+    """Return the best of the elites that were placed in each cell, in the order of the cells."""
     best: dict[Cell, Elite] = {}
     for cell, elite in placed:
-        part = tuple(cell[i] for i in keep)
-        if part not in best or elite < best[part]:
-            best[part] = elite
+        best[cell] = min(elite, best.get(cell, elite))
     return dict(sorted(best.items()))
 
 
@@ -167,9 +180,7 @@ def lift(reader: RunReader, generation: Generation, elites: Mapping[int, Evaluat
                 for e, d in zip(ordered, described, strict=True)
             ]
     axes = (*body, *movement)
-    return Lifted(
-        EliteMap(axes, best_per_cell(placed, range(len(axes))), projected=True), dict(elites), n_clipped
-    )
+    return Lifted(EliteMap(axes, best_per_cell(placed), projected=True), dict(elites), n_clipped)
 
 
 def double_elites(reader: RunReader, generation: Generation) -> dict[int, Evaluation]:

@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell, GridArchive
+from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
 from engine.evaluation import Evaluation
 from engine.measures import body_axes, trajectory_axes
-from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, best_per_cell, double_elites, lift
 from engine.reader import Generation, RunReader
 from engine.run import create_evaluator, statistics
 from engine.store import RunWriter
@@ -114,12 +114,12 @@ def _project_down(reader: RunReader, generations: list[Generation], out: Path) -
                 position += 1
             with reader.guard():
                 axes = generation.archives[GRID].axes
-                placed = [(c, (_fitness(reader, elites[n]), n)) for c, n in held.items()]
+                shown = EliteMap(axes, {c: (_fitness(reader, elites[n]), n) for c, n in held.items()})
                 archives, all_axes = {}, {}
                 for name, keep in ((MORPHOLOGY, body_axes(axes)), (CONTROLLER, trajectory_axes(axes))):
-                    all_axes[name] = tuple(axes[i] for i in keep)
-                    best = best_per_cell(placed, keep)
-                    archives[name] = _archive(all_axes[name], ((c, elites[n]) for c, (_, n) in best.items()))
+                    part = shown.project(keep)
+                    all_axes[name] = part.axes
+                    archives[name] = _archive(part, elites)
             view = _Projected(generation.number + 1, archives, all_axes, saved)
             writer.close_generation(view, statistics(view, distance), generation.seconds)
             filled = {name: len(archive) for name, archive in archives.items()}
@@ -142,7 +142,7 @@ def _project_up(
         n: dataclasses.replace(elites[n], trajectory=e.trajectory) for n, e in again.items()
     }
     lifted = lift(reader, last, completed)
-    archive = _archive(lifted.map.axes, ((c, completed[n]) for c, (_, n) in lifted.map.elites.items()))
+    archive = _archive(lifted.map, completed)
     view = _Projected(last.number + 1, {GRID: archive}, {GRID: lifted.map.axes}, _saved_state(reader))
     distance = get_task(reader.config.task).target_distance
     with RunWriter.create(out, reader.config, reader.versions, _meta(reader, UP)) as writer:
@@ -204,10 +204,11 @@ def _copy(
     writer.add_evaluations(generation.number, [found[n] for n in sorted(found)])
 
 
-def _archive(axes: tuple[Axis, ...], placed: Iterable[tuple[Cell, Evaluation]]) -> GridArchive:
-    archive = GridArchive(shape=tuple(a.n for a in axes))
-    for cell, e in placed:
-        archive.add(cell, e)
+def _archive(shown: EliteMap, elites: Mapping[int, Evaluation]) -> GridArchive:
+    """Return a map as an archive of evaluations."""
+    archive = GridArchive(shape=tuple(a.n for a in shown.axes))
+    for cell, (_, n) in shown.elites.items():
+        archive.add(cell, elites[n])
     return archive
 
 

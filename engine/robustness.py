@@ -20,9 +20,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from engine.elite_map import EliteMap, load_map
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
 from engine.evaluation import Solution
-from engine.elite_map import EliteMap, load_map
 from engine.reader import Generation, RunReader
 from engine.run import create_evaluator, versions
 from engine.tasks import get_task

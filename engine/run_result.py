@@ -9,8 +9,6 @@ from typing import Final
 
 from engine.archive import Cell
 from engine.config import RunConfig
-from engine.errors import InvalidData, RunFileError
-from engine.measures import body_axes
 from engine.elite_map import (
     CONTROLLER,
     GRID,
@@ -21,6 +19,8 @@ from engine.elite_map import (
     lift,
     load_maps,
 )
+from engine.errors import InvalidData, RunFileError
+from engine.measures import body_axes
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
 

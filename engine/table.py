@@ -13,10 +13,10 @@ import numpy as np
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.descriptors import TrajectoryDescriptor, sensory_data
+from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
 from engine.evaluation import Evaluation
 from engine.measures import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
-from engine.elite_map import final_descriptor
 from engine.reader import RunReader
 from engine.records import cell_name, dump
 from engine.tasks import get_task

@@ -74,7 +74,7 @@ def _css(name: str) -> str:
 
 
 def _task_sections(task: TaskComparison, comparison: Comparison, look: Look) -> list[ReportSection]:
-    name, title = task.task, task_title(task.task)
+    name, title = _file_name(task.task), task_title(task.task)
     several = len(comparison.tasks) > 1
     prefix = f"{title}: " if several else ""
 
@@ -158,7 +158,7 @@ def _nested_figures(task: TaskComparison, comparison: Comparison, look: Look) ->
         )
         figures.append(
             ReportFigure(
-                f"{task.task}-nested-{_file_name(group.name)}",
+                f"{_file_name(task.task)}-nested-{_file_name(group.name)}",
                 f"{group.name}, the 4-D map: {how}.",
                 nested_figure(task, runs, comparison.labels, look),
             )

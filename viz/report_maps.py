@@ -17,8 +17,8 @@ from plotly.subplots import make_subplots
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.comparison import TaskComparison
-from engine.measures import cell_centre
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap
+from engine.measures import cell_centre
 from engine.run_result import RunResult
 from viz import theme
 from viz.heatmap import axis_title, color_limits
@@ -292,7 +292,7 @@ def nested_figure(
         across, up = grid.axes[2:]
         figure.add_annotation(
             text=f"<b>{html.escape(labels[run.path])}</b>   {len(grid.elites)} of"
-            f" {math.prod(a.n for a in grid.axes):,} cells filled"
+            f" {grid.n_cells:,} cells filled"
             f"<br><span style='color:{look.muted}'>in each block: {across.name} →, {up.name} ↑</span>",
             x=place.xaxis.domain[0],
             y=place.yaxis.domain[1],

@@ -3,8 +3,8 @@ import dataclasses
 import io
 
 import pytest
-from made_up_grid import AXES, random_grid_run, write_grid_run
 from made_up import MADE_UP, evaluation
+from made_up_grid import AXES, random_grid_run, write_grid_run
 
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.comparison_tables import csv_files

@@ -4,27 +4,26 @@ import sqlite3
 
 import numpy as np
 import pytest
-from made_up_grid import AXES, random_grid_run, write_grid_run
 from hypothesis import given
 from hypothesis import strategies as st
 from made_up import MADE_UP, evaluation, examples, made_up_evaluation
+from made_up_grid import AXES, random_grid_run, write_grid_run
 
 import engine.run
 from engine.algorithms.base import Axis
 from engine.descriptors import sensory_data
-from engine.errors import InvalidData, RunFileError
-from engine.measures import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
-from engine.morphology import Morphology
-from engine.projected_run import DOWN, UP, project_run
 from engine.elite_map import (
     EliteMap,
-    best_per_cell,
     double_elites,
     final_descriptor,
     lift,
     load_map,
     load_maps,
 )
+from engine.errors import InvalidData, RunFileError
+from engine.measures import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
+from engine.morphology import Morphology
+from engine.projected_run import DOWN, UP, project_run
 from engine.reader import RunReader
 from engine.run import create_algorithm, resume, statistics
 from engine.run_result import load_result
@@ -313,13 +312,8 @@ def test_a_damaged_grid_run_is_refused_in_a_line(grid_run, tmp_path, sql):
     assert not (tmp_path / "out.tsmr").exists()
 
 
-@given(st.integers(0, 2**32), st.permutations([0, 1, 2, 3]))
-@examples(20)
-def test_projecting_keeps_the_best_and_never_the_worse_of_two(seed, keep):
-    rng = np.random.default_rng(seed)
-    placed = {tuple(int(i) for i in rng.integers(0, 2, 4)): (float(rng.integers(0, 4)), k) for k in range(12)}
-    part = keep[:2]
-    best = best_per_cell(placed.items(), part)
-    assert min(best.values()) == min(placed.values())
-    for cell, elite in placed.items():
-        assert best[tuple(cell[i] for i in part)] <= elite
+def test_cells_that_no_body_can_lie_in_do_not_count():
+    axes = (MODULES, Axis("softest", 0.05, 1.05, 10), Axis("stiffest", 0.05, 1.05, 10))
+    assert EliteMap(axes, {}).n_cells == 9 * 55
+    assert EliteMap((*axes, PCA_1, PCA_2), {}).n_cells == 9 * 55 * 90
+    assert EliteMap(axes[:2], {}).n_cells == 90

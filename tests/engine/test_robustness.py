@@ -3,13 +3,13 @@ import shutil
 
 import numpy as np
 import pytest
-from made_up_grid import AXES
 from made_up import MadeUpEvaluator
+from made_up_grid import AXES
 
 import engine.robustness
+from engine.elite_map import EliteMap
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import LocalEvaluator
-from engine.elite_map import EliteMap
 from engine.reader import RunReader
 from engine.robustness import (
     Robustness,
