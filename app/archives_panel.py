@@ -11,15 +11,19 @@ from pathlib import Path
 import viser
 
 from app.clicks import ClickChannel
-from app.widgets import put
+from app.run_picker import RunPicker
+from app.widgets import put, put_html, side_by_side
 from engine.archive import Cell
 from engine.reader import Generation, RunReader
 from viz import trend
-from viz.heatmap import Heatmap, render
+from viz.heatmap import Ring
+from viz.pictures import Picture
+from viz.pointer import ENLARGE, INSTALL
+from viz.run_list import RunFacts, State, state_markup
 
 WIDTH = 430
-TITLES = {"morphology": "Morphology archive", "controller": "Controller archive"}
-NO_RUNS = "no runs yet"
+MAX_MAPS = 4
+"""Maps shown at a time; no layout of the archives of this method has more."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -29,23 +33,33 @@ class Events:
     run_chosen: Callable[[Path], None]
     generation_chosen: Callable[[int], None]
     cell_clicked: Callable[[str, Cell], None]
+    layout_chosen: Callable[[str], None]
+    coloring_chosen: Callable[[str], None]
 
 
 class ArchivesPanel:
-    """Shows a run; keeps no state but what is on the screen."""
+    """Shows a run; keeps no state but what is on the screen.
 
-    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
+    Args:
+        client: the browser.
+        facts: what is known of a run on offer.
+        events: whom it reports to.
+    """
+
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: Events) -> None:
         gui = client.gui
-        self._paths: dict[str, Path] = {}
         panel = gui.add_panel()
         with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
-            self._picker = gui.add_dropdown(
-                "Run", (NO_RUNS,), hint="Runs in saved_archives/ and runs/, live ones included"
-            )
+            self._picker = RunPicker(gui, facts, events.run_chosen)
             self._status = gui.add_html("")
-            channel = ClickChannel(gui, events.cell_clicked)
-            self._handler = channel.handler
-            self._maps = {name: gui.add_html("") for name in TITLES}
+            self._notice = gui.add_html("")
+            self._layout = gui.add_dropdown(
+                "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
+            )
+            self._coloring = gui.add_dropdown("Colour", ("-",), hint="What the colours of the maps stand for")
+            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
+            self._rings = gui.add_html("")
             self._slider = gui.add_slider(
                 "Generation",
                 min=0,
@@ -56,14 +70,19 @@ class ArchivesPanel:
                 hint="Look at the maps as they were; the last generation follows a live run",
             )
             self._trend = gui.add_html("")
+            gui.add_html(INSTALL + side_by_side(self._layout, self._coloring))
         panel.dock_left()
         panel.set_width(WIDTH)
 
-        @self._picker.on_update
+        @self._layout.on_update
         def _(event: viser.GuiEvent) -> None:
-            path = self._paths.get(str(event.target.value))
-            if event.client is not None and path is not None:
-                events.run_chosen(path)
+            if event.client is not None:
+                events.layout_chosen(str(event.target.value))
+
+        @self._coloring.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                events.coloring_chosen(str(event.target.value))
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -74,19 +93,13 @@ class ArchivesPanel:
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
         """List the runs on offer."""
-        self._paths = label_paths(paths)
-        labels = tuple(self._paths) or (NO_RUNS,)
-        if labels != tuple(self._picker.options):
-            self._picker.options = labels
-        for label, path in self._paths.items():
-            if path == chosen:
-                put(self._picker, label)
+        self._picker.offer(paths, chosen)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""
         self._status.content = f'<div class="ta-status" style="padding:6px 10px">{message}</div>'
-        for handle in (*self._maps.values(), self._trend):
-            handle.content = ""
+        self._clear()
+        self.show_changes(())
         self._slider.disabled = True
 
     def show_status(
@@ -94,67 +107,85 @@ class ArchivesPanel:
     ) -> None:
         """Show how far the run is and the figures of a generation."""
         config = reader.config
-        badge = '<b style="color:#36b3a0">● live</b>' if live else "finished"
-        if not live and not complete:
-            badge = '<span style="color:#e0a458">stopped</span>'
+        state: State = "live" if live else "finished" if complete else "stopped"
         failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
+        found = [f.best for f in generation.archives.values() if f.best is not None] if generation else []
+        best = f" · best f<sub>s</sub> {100 * max(found):.2f} cm" if found else ""
         lines = [
-            f"{html.escape(config.task)} · {html.escape(config.algorithm)} · {badge}",
-            f"{n} of {config.evaluations} evaluations{failed} · {html.escape(reader.created_at[:10])}",
+            f"{html.escape(config.task)} · {html.escape(config.algorithm)} · {state_markup(state)}"
+            f" · {html.escape(reader.created_at[:10])}",
+            f"{n} of {config.evaluations} evaluations{failed}{best}",
         ]
-        self._status.content = (
-            '<div class="ta-status" style="font-size:12.5px;line-height:1.5;opacity:.9;padding:0 10px 4px">'
+        put_html(
+            self._status,
+            '<div class="ta-status" style="font-size:12.5px;line-height:1.5;opacity:.9;padding:0 10px 2px">'
             + "<br>".join(lines)
-            + "</div>"
+            + "</div>",
         )
         if generation is None:
-            for handle in (*self._maps.values(), self._trend):
-                handle.content = ""
-            self._maps["morphology"].content = (
+            self._clear()
+            self._maps[0].content = (
                 '<div style="padding:24px 10px;opacity:.8">The maps appear when the first generation,'
                 f" {config.initial} random robots, has been evaluated.</div>"
             )
 
-    def show_maps(self, maps: dict[str, Heatmap], generation: Generation) -> None:
-        """Draw the maps of a generation."""
-        for name, handle in self._maps.items():
-            heatmap = maps.get(name)
-            if heatmap is None:
-                handle.content = ""
-                continue
-            f = generation.archives[name]
-            title = (
-                '<div style="padding:0 10px"><div style="display:flex;justify-content:space-between;'
-                'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px">' + TITLES[name] + "</b>"
-                '<span style="font-size:11.5px;opacity:.75">'
-                f"{len(heatmap.tiles)} cells, {f.coverage:.0%} · QD score {100 * f.qd_score:.0f} cm"
-                "</span></div>"
-            )
-            svg = f'<div style="max-width:410px">{render(heatmap, self._handler)}</div></div>'
-            handle.content = title + svg
+    def show_changes(self, changes: Sequence[str]) -> None:
+        """Say what has changed since the run was made, if anything."""
+        text = html.escape(", ".join(changes).replace("->", "→"))
+        self._notice.content = (
+            '<div class="ta-changes" style="font-size:11.5px;line-height:1.45;margin:2px 10px 4px;'
+            'padding:3px 8px;border-left:2px solid #e0a458;opacity:.85">replays may differ: '
+            f"{text}</div>"
+            if changes
+            else ""
+        )
+
+    def offer_views(
+        self, layouts: Sequence[str], layout: str, colorings: Sequence[str], coloring: str
+    ) -> None:
+        """List the ways to draw the run's maps and to colour them."""
+        for widget, options, value in (
+            (self._layout, layouts, layout),
+            (self._coloring, colorings, coloring),
+        ):
+            if tuple(options) != tuple(widget.options):
+                widget.options = tuple(options)
+            put(widget, value)
+        self._layout.visible = len(layouts) > 1
+
+    def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
+        """Draw the maps of a generation, each with the mark of the chosen robot, if it has one."""
+        drawn = [self._draw(p, r) for p, r in zip(pictures, rings, strict=True)]
+        drawn = drawn or [
+            '<div style="padding:24px 10px;opacity:.8">Archives of two to four axes can be drawn;'
+            " this run has none.</div>"
+        ]
+        for k, handle in enumerate(self._maps):
+            put_html(handle, drawn[k] if k < len(drawn) else "")
+        put_html(self._rings, "".join(p.ring_style(r) for p, r in zip(pictures, rings, strict=True)))
 
     def show_trend(self, generations: Sequence[Generation], shown: int) -> None:
         """Draw the trend and put the slider at the shown generation."""
-        drawn = trend.render(generations, "morphology", shown)
-        self._trend.content = f'<div style="padding:0 10px">{drawn}</div>'
+        archives = generations[-1].archives
+        name = "morphology" if "morphology" in archives else next(iter(archives), "morphology")
+        self._trend.content = f'<div style="padding:0 10px">{trend.render(generations, name, shown)}</div>'
         last = generations[-1].number
         if self._slider.max != max(last, 1):
             self._slider.max = max(last, 1)
         self._slider.disabled = last == 0
         put(self._slider, shown)
 
-
-def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
-    """Return short, distinct labels for run files: as many folders of the path as it takes."""
-    labels: dict[str, Path] = {}
-    for path in paths:
-        parts = path.with_suffix("").parts
-        label = next(
-            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _ends(paths, parts[-n:]) == 1), str(path)
+    def _draw(self, picture: Picture, ring: Ring | None) -> str:
+        enlarge = ENLARGE if picture.view.kind == "nested" else ""
+        return (
+            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
+            'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
+            f"{html.escape(picture.title)}</b>"
+            f'<span style="font-size:11.5px;opacity:.75">{html.escape(picture.figures)}</span>{enlarge}</div>'
+            f'<div style="max-width:410px">{picture.render(ring, self._handler)}</div></div>'
         )
-        labels[label] = path
-    return labels
 
-
-def _ends(paths: Sequence[Path], end: tuple[str, ...]) -> int:
-    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)
+    def _clear(self) -> None:
+        self._layout.visible = False
+        for handle in (*self._maps, self._rings, self._trend):
+            put_html(handle, "")

@@ -7,7 +7,9 @@ from collections.abc import Callable
 
 import viser
 
-_CLICK = re.compile(r"([a-z]{1,20}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
+from app.widgets import selector
+
+_CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
 _SCRIPT = (
     "var t=event.target.closest('[data-c]');if(t&&event.button===0){"
@@ -24,15 +26,18 @@ class ClickChannel:
     Args:
         gui: of one client; create it inside the container that also holds the pictures.
         clicked: called with the name and the cell. Whatever else a browser sends is dropped.
+        label: of the hidden input.
     """
 
-    def __init__(self, gui: viser.GuiApi, clicked: Callable[[str, tuple[int, ...]], None]) -> None:
-        channel = gui.add_text("clicks", "")
+    def __init__(
+        self, gui: viser.GuiApi, clicked: Callable[[str, tuple[int, ...]], None], *, label: str = "clicks"
+    ) -> None:
+        channel = gui.add_text(label, "")
         uuid = channel._impl.uuid
         # visible=False would take it out of the page
-        gui.add_html(f'<style>div:has(> div > div > * > label[for="{uuid}"]){{display:none}}</style>')
+        gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
         self.handler = _SCRIPT.replace("UUID", uuid)
-        """JavaScript for a picture's ``onpointerdown``, escaped for an attribute."""
+        """JavaScript for ``onpointerdown`` of a picture or ``onclick`` of a button, escaped."""
 
         @channel.on_update
         def _(event: viser.GuiEvent) -> None:

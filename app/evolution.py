@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import re
 import signal
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import typing
 from pathlib import Path
 
 from app.library import NEW_RUNS
@@ -22,25 +24,54 @@ START_TIMEOUT = 30.0
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 
 
-def start(name: str, *, preset: str, evaluations: int, seed: int, workers: int) -> Path:
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class NewRun:
+    """What a user asks for: the name of the run, the fields of its configuration, the threads."""
+
+    name: str
+    task: str
+    algorithm: str
+    preset: str
+    evaluations: int
+    seed: int
+    workers: int
+
+
+def choices(field: str) -> tuple[str, ...]:
+    """Return the values that a field of the configuration may have, as its type has them."""
+    hint = typing.get_type_hints(config.RunConfig)[field]
+    return tuple(map(str, typing.get_args(hint))) or (str(getattr(config.RunConfig(), field)),)
+
+
+def start(new: NewRun) -> Path:
     """Start an evolution and wait until its run file exists.
 
     Raises:
-        InvalidData: the name is none for a file.
+        InvalidData: the name is none for a file, or a choice is none of those on offer.
         RunFileError: the run did not start; the message is the command line's.
     """
-    name = name.removesuffix(SUFFIX)
+    name = new.name.removesuffix(SUFFIX)
     if not _NAME.fullmatch(name):
         raise InvalidData("a run's name has letters, digits, dots, dashes and underscores only")
+    # a browser may send anything, and a task may be a file of code
+    for what, chosen, offered in (
+        ("task", new.task, choices("task")),
+        ("algorithm", new.algorithm, choices("algorithm")),
+        ("preset", new.preset, tuple(config.PRESETS)),
+    ):
+        if chosen not in offered:
+            raise InvalidData(f"there is no {what} {chosen!r}; choose from {', '.join(offered)}")
     path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
     flags = {
-        "preset": preset,
-        "evaluations": evaluations,
-        "initial": min(config.preset(preset).initial, evaluations),
-        "seed": seed,
-        "workers": workers,
+        "preset": new.preset,
+        "task": new.task,
+        "algorithm": new.algorithm,
+        "evaluations": new.evaluations,
+        "initial": min(config.preset(new.preset).initial, new.evaluations),
+        "seed": new.seed,
+        "workers": new.workers,
     }
-    arguments = [part for name, value in flags.items() for part in (f"--{name}", str(value))]
+    arguments = [part for flag, value in flags.items() for part in (f"--{flag}", str(value))]
     return _launch(path, ["evolve", str(path), *arguments], must_be_new=True)
 
 

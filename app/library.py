@@ -11,6 +11,7 @@ from pathlib import Path
 from engine.errors import RunFileError
 from engine.reader import RunReader
 from engine.store import SUFFIX
+from viz.run_list import RunFacts
 
 log = logging.getLogger(__name__)
 
@@ -96,6 +97,23 @@ class Library:
         """
         reader = self.reader(path)
         return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
+
+    def facts(self, path: Path) -> RunFacts:
+        """Return what a list of runs says of one: as of its last generation, which costs little to read."""
+        try:
+            reader = self.reader(path)
+            last, live = reader.last_closed(), reader.is_live
+        except RunFileError as e:
+            return RunFacts(problem=str(e))
+        best = [f.best for f in last.archives.values() if f.best is not None] if last else []
+        n, budget = last.n_evaluations if last else 0, reader.config.evaluations
+        return RunFacts(
+            task=reader.config.task,
+            algorithm=reader.config.algorithm,
+            n_evaluations=n,
+            best=max(best, default=None),
+            state="live" if live else "finished" if n >= budget else "stopped",
+        )
 
     def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:
         """Call a listener whenever a run moves on from what is shown; a key has one watch at a time."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import viser
 
+from app.evolution import NewRun, choices
 from app.widgets import put
 from engine.config import PRESETS, RunConfig
 from engine.evaluation import Evaluation
@@ -26,7 +27,7 @@ class Events:
     """What the panel reports."""
 
     export: Callable[[], None]
-    start: Callable[[str, str, int, int, int], None]
+    start: Callable[[NewRun], None]
     stop: Callable[[], None]
     resume: Callable[[], None]
 
@@ -42,7 +43,7 @@ class RobotPanel:
     """Shows a robot and the run control."""
 
     def __init__(self, client: viser.ClientHandle, events: Events) -> None:
-        gui = client.gui
+        gui, defaults = client.gui, RunConfig()
         dock(gui)
         with gui.add_folder("Robot"):
             self._welcome = gui.add_markdown(WELCOME)
@@ -68,6 +69,15 @@ class RobotPanel:
             )
         with gui.add_folder("New run", expand_by_default=False):
             name = gui.add_text("Name", "my-run", hint="Becomes runs/NAME.tsmr")
+            task = gui.add_dropdown(
+                "Task", choices("task"), initial_value=defaults.task, hint="What the robots are asked to do"
+            )
+            algorithm = gui.add_dropdown(
+                "Algorithm",
+                choices("algorithm"),
+                initial_value=defaults.algorithm,
+                hint="How bodies and controllers are searched",
+            )
             preset = gui.add_dropdown(
                 "Preset",
                 tuple(PRESETS),
@@ -108,11 +118,15 @@ class RobotPanel:
             self._start.disabled = True
             try:
                 events.start(
-                    str(name.value),
-                    str(preset.value),
-                    int(evaluations.value),
-                    int(seed.value),
-                    int(min(max(workers.value, 1), 256)),
+                    NewRun(
+                        name=str(name.value),
+                        task=str(task.value),
+                        algorithm=str(algorithm.value),
+                        preset=str(preset.value),
+                        evaluations=int(evaluations.value),
+                        seed=int(seed.value),
+                        workers=int(min(max(workers.value, 1), 256)),
+                    )
                 )
             finally:
                 self._start.disabled = False

@@ -16,6 +16,7 @@ import viser
 from app import archives_panel, evolution, robot_panel, transport
 from app.arena import Arena
 from app.library import Library, RunStatus
+from app.map_board import MapBoard
 from app.player import Player
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
@@ -24,10 +25,9 @@ from engine.export import export_files
 from engine.reader import Generation, RunReader
 from engine.records import cell_name
 from engine.replay import Playable, Replay
+from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
-from viz.heatmap import Heatmap, describe_cell, with_fresh
-from viz.maps import load_maps
 
 log = logging.getLogger(__name__)
 
@@ -61,9 +61,7 @@ class Session:
         self._mutex = threading.RLock()
         self._path: Path | None = None
         self._generations: list[Generation] = []
-        self._shown: int | None = None
         self._follow_newest = True
-        self._maps: dict[str, Heatmap] = {}
         self._selection: Selection | None = None
         self._shown_reader: RunReader | None = None
         self._wanted_generation = 0
@@ -72,12 +70,16 @@ class Session:
         self._player = Player(self._show_frame, self._player_stopped)
         self._archives = archives_panel.ArchivesPanel(
             client,
+            library.facts,
             archives_panel.Events(
                 run_chosen=self._guarded(self.open_run),
                 generation_chosen=self._slide,
                 cell_clicked=self._guarded(self.pick),
+                layout_chosen=self._guarded(self._set_layout),
+                coloring_chosen=self._guarded(self._set_coloring),
             ),
         )
+        self._board = MapBoard(self._archives)
         self._robot = robot_panel.RobotPanel(
             client,
             robot_panel.Events(
@@ -112,11 +114,13 @@ class Session:
         self._player.unload()
         self._arena.clear()
         self._robot.show_no_robot()
-        self._path, self._maps, self._selection = path, {}, None
-        self._generations, self._shown, self._follow_newest = [], None, True
+        self._board.clear()
+        self._path, self._selection = path, None
+        self._generations, self._follow_newest = [], True
         task = get_task(reader.config.task)
         self._transport.set_trials(task.target_bearings, reader.config.trials.repeats)
         self._archives.offer(self._library.runs(), path)
+        self._archives.show_changes(changed_versions(path))
         status = self._library.status(path)
         self._update(reader, status)
         self._transport.refresh()
@@ -141,29 +145,26 @@ class Session:
 
         self._guarded(show)()
 
-    def pick(self, archive: str, cell: Cell) -> None:
-        """Choose the robot of a cell and replay it; say so if the cell is empty."""
+    def pick(self, map_name: str, cell: Cell) -> None:
+        """Choose the robot that a cell of a map shows and replay it; say so if the cell is empty."""
         reader = self._reader()
-        heatmap = self._maps.get(archive)
-        if heatmap is None or len(cell) != 2:
+        picked = self._board.pick(map_name, cell)
+        if picked is None:
             return
-        if any(i >= a.n for i, a in zip(cell, heatmap.axes, strict=True)):
-            return
-        if self._shown is None or cell not in heatmap.tiles:
+        if picked.number is None:
             self._notify(
                 "Empty cell",
-                f"No robot of the {archive} map has been found for {describe_cell(heatmap, cell)}.",
+                f"No robot of the {picked.archive} archive has been found for {picked.meaning}.",
             )
             return
-        number = heatmap.tiles[cell].number
-        self._selection = Selection(archive, reader.evaluation(number))
+        self._selection = Selection(picked.archive, reader.evaluation(picked.number))
         self._robot.show_robot(
             reader.config,
             self._selection.evaluation,
-            f"{archive} cell {cell_name(cell)}",
-            reader.generation_of(number),
+            f"{picked.archive} cell {cell_name(picked.cell)}",
+            reader.generation_of(picked.number),
         )
-        self._redraw_maps()
+        self._board.choose(picked.archive, picked.number)
         self.choose_trial(0, 0)
 
     def choose_trial(self, target: int, repeat: int) -> None:
@@ -186,9 +187,9 @@ class Session:
         files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
-    def start_run(self, name: str, preset: str, evaluations: int, seed: int, workers: int) -> None:
+    def start_run(self, new: evolution.NewRun) -> None:
         """Start an evolution and show it."""
-        path = evolution.start(name, preset=preset, evaluations=evaluations, seed=seed, workers=workers)
+        path = evolution.start(new)
         with self._mutex:
             self.open_run(path)
         self._notify("Started", f"{path.name} evolves in a process of its own.")
@@ -248,33 +249,18 @@ class Session:
         if new and last is not None:
             if self._follow_newest:
                 self._draw(reader, last.number)
-            elif self._shown is not None:
-                self._archives.show_trend(self._generations, self._shown)
+            elif self._board.generation is not None:
+                self._archives.show_trend(self._generations, self._board.generation)
 
     def _draw(self, reader: RunReader, number: int) -> None:
-        before = self._maps if self._shown is not None and self._shown < number else None
-        maps = load_maps(reader, self._generation(number))
-        if before:
-            maps = {name: with_fresh(m, before.get(name)) for name, m in maps.items()}
-        self._maps, self._shown = maps, number
-        self._redraw_maps()
+        self._board.show(reader, next(g for g in self._generations if g.number == number))
         self._archives.show_trend(self._generations, number)
 
-    def _redraw_maps(self) -> None:
-        if self._shown is None:
-            return
-        maps, chosen = dict(self._maps), self._selection
-        if chosen is not None:
-            for name, heatmap in self._maps.items():
-                cell = next((c for c, t in heatmap.tiles.items() if t.number == chosen.number), None)
-                if name == chosen.archive:
-                    maps[name] = dataclasses.replace(heatmap, selected=cell)
-                else:
-                    maps[name] = dataclasses.replace(heatmap, linked=cell)
-        self._archives.show_maps(maps, self._generation(self._shown))
+    def _set_layout(self, name: str) -> None:
+        self._board.set_layout(name)
 
-    def _generation(self, number: int) -> Generation:
-        return next(g for g in self._generations if g.number == number)
+    def _set_coloring(self, name: str) -> None:
+        self._board.set_coloring(name)
 
     def _reader(self) -> RunReader:
         if self._path is None:

@@ -150,6 +150,11 @@ class RunReader:
                 for r in rows
             ]
 
+    def last_closed(self) -> Generation | None:
+        """Return the last closed generation, or None before the first."""
+        last = self.last_generation()
+        return None if last is None else next(iter(self.generations(last - 1)), None)
+
     def placements(self, archive: str, generation: int) -> dict[Cell, int]:
         """Return the evaluation that each filled cell held at the end of a generation."""
         rows = self._query(
@@ -191,6 +196,16 @@ class RunReader:
                 for r in rows
                 if r[2] is not None
             }
+
+    def bodies(self, generation: int) -> dict[Morphology, int]:
+        """Return how many evaluations up to a generation had each body; failed ones are left out."""
+        rows = self._query(
+            "SELECT morphology, COUNT(*) FROM evaluations WHERE generation <= ? AND fitness IS NOT NULL"
+            " GROUP BY morphology",
+            (generation,),
+        )
+        with self.guard():
+            return {Morphology.from_json(json.loads(r[0])): int(r[1]) for r in rows}
 
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from grid_run import write_grid_run
 
 from engine import run
 from engine.config import RunConfig, preset
@@ -39,4 +40,18 @@ def small_run(small_config: RunConfig, tmp_path_factory: pytest.TempPathFactory)
 @pytest.fixture
 def small_reader(small_run: Path) -> Iterator[RunReader]:
     with RunReader(small_run) as reader:
+        yield reader
+
+
+@pytest.fixture(scope="session")
+def grid_run(small_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The small run's robots in a 4-D archive, made with an older MuJoCo; do not write to it."""
+    path = tmp_path_factory.mktemp("grid_run") / "grid.tsmr"
+    write_grid_run(small_run, path)
+    return path
+
+
+@pytest.fixture
+def grid_reader(grid_run: Path) -> Iterator[RunReader]:
+    with RunReader(grid_run) as reader:
         yield reader

@@ -1,41 +1,68 @@
-"""The maps of a run at one of its generations, ready to be drawn."""
+"""What the archives of a run hold at one of its generations."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
+
+from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.errors import RunFileError
+from engine.morphology import Morphology
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
-from viz.heatmap import Heatmap, Tile, color_limits
 
 
-def load_maps(reader: RunReader, generation: Generation) -> dict[str, Heatmap]:
-    """Return the 2-D archives of a run as heatmaps that share one colour scale.
+@dataclasses.dataclass(frozen=True, slots=True)
+class Elite:
+    """What a map says of a robot: its evaluation's number and generation, its f_s in cm, its body."""
+
+    number: int
+    f_s: float
+    generation: int
+    morphology: Morphology
+
+    @property
+    def hint(self) -> str:
+        """The lines of its hover card."""
+        body = self.morphology
+        return (
+            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness:.1f}\n"
+            f"robot {self.number}, generation {self.generation}"
+        )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Content:
+    """An archive: its axes and the elites of its filled cells."""
+
+    axes: tuple[Axis, ...]
+    elites: Mapping[Cell, Elite]
+
+    def cell_of(self, number: int) -> Cell | None:
+        """Return the cell that holds an evaluation, None if it is nowhere an elite."""
+        return next((c for c, e in self.elites.items() if e.number == number), None)
+
+
+def load_contents(reader: RunReader, generation: Generation) -> dict[str, Content]:
+    """Return what all archives of a run held at the end of a generation, by name.
 
     Raises:
-        RunFileError: the file cannot be read.
+        RunFileError: the file cannot be read or is damaged.
     """
     distance = get_task(reader.config.task).target_distance
     placed = {name: reader.placements(name, generation.number) for name in generation.archives}
     known = reader.summaries({n for cells in placed.values() for n in cells.values()})
-    tiles: dict[str, dict[Cell, Tile]] = {}
+    contents: dict[str, Content] = {}
     for name, cells in placed.items():
-        tiles[name] = {}
+        axes = generation.archives[name].axes
+        elites = {}
         for cell, number in cells.items():
             if number not in known:
                 raise RunFileError(f"{reader.path} is damaged: evaluation {number} holds a cell of a map")
+            if len(cell) != len(axes) or any(i >= a.n for i, a in zip(cell, axes, strict=True)):
+                raise RunFileError(f"{reader.path} is damaged: cell {cell} lies outside a map")
             s = known[number]
-            f_s = 100 * (distance - s.fitness)
-            body = s.morphology
-            tiles[name][cell] = Tile(
-                value=f_s,
-                hint=f"f_s {f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness:.1f}\n"
-                f"robot {number}, generation {s.generation}",
-                number=number,
-            )
-    limits = color_limits([t.value for cells in tiles.values() for t in cells.values()])
-    return {
-        name: Heatmap(name=name, axes=(axes[0], axes[1]), tiles=tiles[name], limits=limits)
-        for name, figures in generation.archives.items()
-        if len(axes := figures.axes) == 2
-    }
+            elites[cell] = Elite(number, 100 * (distance - s.fitness), s.generation, s.morphology)
+        contents[name] = Content(axes, elites)
+    return contents

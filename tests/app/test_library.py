@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.archives_panel import label_paths
 from app.library import Library, RunStatus
+from app.run_picker import label_paths
 from engine.config import RunConfig
 from engine.errors import RunFileError
 from engine.run import create_algorithm, create_evaluator, statistics
@@ -74,3 +74,26 @@ def test_a_watch_reports_each_step_of_a_run(
     assert moved.wait(10)
     assert seen[-1] == RunStatus(0, 10, False)
     library.unwatch("me")
+
+
+def test_facts_say_what_a_run_is_and_how_far_it_came(
+    library: Library, small_run: Path, grid_run: Path, tmp_path: Path
+) -> None:
+    facts = library.facts(grid_run)
+    best = max(f.best or -1.0 for f in library.reader(small_run).generations()[-1].archives.values())
+    assert (facts.task, facts.algorithm, facts.n_evaluations) == ("goal-reaching", "dm-me", 18)
+    assert facts.best == pytest.approx(best)
+    assert (facts.state, facts.problem) == ("finished", None)
+    broken = tmp_path / "broken.tsmr"
+    broken.write_text("no run")
+    assert "not a TensAtlas run file" in (library.facts(broken).problem or "")
+
+
+def test_facts_of_a_run_that_has_not_closed_a_generation(
+    library: Library, small_config: RunConfig, tmp_path: Path
+) -> None:
+    path = tmp_path / "new.tsmr"
+    with RunWriter.create(path, small_config, {}):
+        assert library.facts(path).state == "live"
+    facts = library.facts(path)
+    assert (facts.state, facts.n_evaluations, facts.best) == ("stopped", 0, None)

@@ -83,7 +83,7 @@ def test_an_empty_cell_says_so(address: str, visit: Visit) -> None:
     page = visit(address)
     click(tile(page, "morphology", False))
     expect(page.get_by_text("Empty cell", exact=True).first).to_be_visible()
-    expect(page.get_by_text("No robot of the morphology map")).to_be_visible()
+    expect(page.get_by_text("No robot of the morphology archive")).to_be_visible()
     expect(page.locator(".ta-card")).to_have_count(0)
 
 
@@ -132,7 +132,7 @@ def test_earlier_generations_can_be_shown(address: str, visit: Visit, small_read
     field.press("Enter")
     hints = {f"robot {n}," for n in early.values()}
     expect(page.locator(f'{MAP.format("controller")} g[data-filled="1"]')).to_have_count(len(early))
-    shown = page.locator(f"{MAP.format('controller')} title").all_text_contents()
+    shown = page.locator(f"{MAP.format('controller')} [data-h]").evaluate_all("l => l.map(e => e.dataset.h)")
     assert {h for h in hints if any(h in s for s in shown)} == hints
 
 

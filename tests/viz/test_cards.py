@@ -10,22 +10,6 @@ from engine.controller import Neat
 from engine.reader import RunReader
 from engine.tasks import bearing_name
 from viz import network_diagram, robot_card
-from viz.maps import load_maps
-
-
-def test_maps_hold_what_the_file_holds(small_reader: RunReader) -> None:
-    for generation in small_reader.generations():
-        maps = load_maps(small_reader, generation)
-        assert set(maps) == {"morphology", "controller"}
-        for name, heatmap in maps.items():
-            contents = small_reader.contents(name, generation.number)
-            assert set(heatmap.tiles) == set(contents)
-            for cell, tile in heatmap.tiles.items():
-                fitness = contents[cell].fitness
-                assert fitness is not None
-                assert tile.value == pytest.approx(45.0 - 100 * fitness)
-                assert f"robot {contents[cell].solution.number}," in tile.hint
-        assert maps["morphology"].limits == maps["controller"].limits
 
 
 def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:

@@ -1,17 +1,12 @@
 from __future__ import annotations
 
-import dataclasses
-import math
-import re
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from engine.algorithms.base import Axis
-from viz import heatmap
-from viz.heatmap import Heatmap, Tile, color_limits, describe_cell, render, with_fresh
+from viz.heatmap import Heatmap, Ring, Tile, render
+from viz.scale import NO_VALUE, Scale
 
 AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
 
@@ -20,8 +15,9 @@ def draw(**changes: object) -> ElementTree.Element:
     defaults: dict = {
         "name": "morphology",
         "axes": AXES,
-        "tiles": {(0, 0): Tile(-2.0, "worst", 7), (8, 9): Tile(6.0, "best", 7)},
-        "limits": (-2.0, 6.0),
+        "tiles": {(0, 0): Tile("worst", 7), (8, 9): Tile("best", 8)},
+        "values": {(0, 0): -2.0, (8, 9): 6.0},
+        "scale": Scale("f_s cm", -2.0, 6.0),
     }
     return ElementTree.fromstring(render(Heatmap(**(defaults | changes)), "go()"))
 
@@ -53,69 +49,54 @@ def test_empty_cells_are_dashed_and_filled_ones_take_the_ends_of_the_colour_scal
     assert empty is not None
     assert low is not None
     assert high is not None
-    assert "stroke-dasharray" in empty.attrib
+    assert empty.attrib["class"] == "e"
     assert low.attrib["fill"] == "#440154"  # viridis from end to end
     assert high.attrib["fill"] == "#fde725"
 
 
-def test_the_selection_is_ringed() -> None:
-    rings = [r for r in draw(selected=(0, 0), linked=(8, 9)).iter("rect") if r.get("fill") == "none"]
-    assert len(rings) == 2
-    assert len({r.get("stroke") for r in rings}) == 2
+def test_a_filled_cell_without_a_value_is_grey_and_can_still_be_clicked() -> None:
+    cell = cells(draw(values={(8, 9): 6.0}))["morphology:0,0"]
+    rect = cell.find("rect")
+    assert rect is not None
+    assert rect.attrib["fill"] == NO_VALUE
+    assert cell.attrib["data-filled"] == "1"
+
+
+def test_the_chosen_robot_is_ringed_and_dashed_where_a_better_one_covers_it() -> None:
+    def ring(**kind: bool) -> dict[str, str]:
+        rings = [r for r in draw(ring=Ring((3, 2), **kind)).iter("rect") if r.get("fill") == "none"]
+        assert len(rings) == 1
+        assert float(rings[0].attrib["x"]) == 46 + 3 * 30 - 0.5
+        return rings[0].attrib
+
+    assert ring()["stroke"] != ring(linked=True)["stroke"]
+    assert "stroke-dasharray" in ring(covered=True)
+    assert "stroke-dasharray" not in ring()
+    assert not [r for r in draw().iter("rect") if r.get("fill") == "none"]
 
 
 def test_hints_and_names_cannot_inject_markup() -> None:
-    svg = draw(tiles={(0, 0): Tile(0.0, '<script>alert("x")</script>', 7)}, name='m" onload="x')
-    titles = [t.text for t in svg.iter("title")]
-    assert '<script>alert("x")</script>' in titles
+    svg = draw(tiles={(0, 0): Tile('<script>alert("x")</script>', 7)}, name='m" onload="x')
+    assert '<script>alert("x")</script>' in [g.get("data-h") for g in svg.iter("g")]
     assert not list(svg.iter("script"))
     assert "onload" not in svg.attrib
+    evil = (Axis("<b>", 0.0, 1.0, 2), Axis('"><script>', 0.0, 1.0, 2))
+    svg = draw(axes=evil, tiles={}, values={}, scale=Scale("<i>f_s", 0.0, 1.0))
+    assert not list(svg.iter("script")) + list(svg.iter("b")) + list(svg.iter("i"))
+    assert {"<b>", '"><script>'} <= {t.text for t in svg.iter("text")}
 
 
-def test_stiffness_axis_is_labelled_in_tenths() -> None:
+def test_axes_are_labelled_in_their_units() -> None:
     texts = {t.text for t in draw().iter("text")}
     assert {"0.1", "0.5", "1.0", "2", "10", "modules", "relative stiffness"} <= texts
 
 
-@given(st.lists(st.floats(-100, 100), min_size=1))
-def test_color_limits_hold_the_best_and_all_but_a_few_of_the_worst(values: list[float]) -> None:
-    low, high = color_limits(values)
-    assert high >= max(values)
-    assert low <= sorted(values)[math.ceil(0.05 * (len(values) - 1))]
-    assert high - low >= 1
+@pytest.mark.parametrize(("below", "label"), [(True, "≤-2"), (False, "-2")])
+def test_the_bar_says_whether_values_lie_below_it(below: bool, label: str) -> None:
+    svg = draw(scale=Scale("f_s cm", -2.0, 6.0, below=below))
+    assert label in [t.text for t in svg.iter("text")]
 
 
-def test_one_runaway_does_not_take_the_colours_from_the_others() -> None:
-    values = [*(k / 20 for k in range(100)), -300.0]
-    assert color_limits(values) == (0.0, 5.0)
-    labels = [t.text for t in draw(tiles={(0, 0): Tile(-9.0, "", 7)}, limits=(-2.0, 6.0)).iter("text")]
-    assert "≤-2" in labels
-    assert "≤-2" not in [t.text for t in draw().iter("text")]
-
-
-def test_color_limits_of_nothing() -> None:
-    assert color_limits([]) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize("value", [-1e9, 1e9])
-def test_values_beyond_the_scale_take_its_end(value: float) -> None:
-    color = heatmap._color(value, (0.0, 1.0), "viridis")
-    assert re.fullmatch("#[0-9a-f]{6}", color)
-
-
-def test_newly_won_cells_are_marked_but_not_after_new_axes() -> None:
-    before = Heatmap(
-        name="m", axes=AXES, tiles={(0, 0): Tile(1.0, "a", 7), (1, 1): Tile(2.0, "b", 7)}, limits=(0, 3)
-    )
-    after = dataclasses.replace(
-        before, tiles={(0, 0): Tile(1.5, "c", 7), (1, 1): Tile(2.0, "b", 7), (2, 2): Tile(0, "", 7)}
-    )
-    assert with_fresh(after, before).fresh == {(0, 0), (2, 2)}
-    moved = dataclasses.replace(after, axes=(Axis("PCA 1", 0.0, 1.0, 9), AXES[1]))
-    assert with_fresh(moved, before).fresh == frozenset()
-    assert with_fresh(after, None).fresh == frozenset()
-
-
-def test_a_cell_is_named_by_what_it_stands_for() -> None:
-    heatmap = Heatmap(name="m", axes=AXES, tiles={}, limits=(0, 1))
-    assert describe_cell(heatmap, (0, 9)) == "modules 2 and stiffness 1.0"
+def test_fresh_cells_flash() -> None:
+    flashing = [r for r in draw(fresh=frozenset({(8, 9)})).iter("rect") if r.get("class") == "f"]
+    assert [r.get("fill") for r in flashing] == ["#fde725"]

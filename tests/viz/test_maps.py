@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.algorithms.base import Axis
+from engine.errors import RunFileError
+from engine.morphology import Morphology
+from engine.reader import RunReader
+from viz import axes
+from viz.coloring import AGE, FITNESS, by_number, by_visits
+from viz.maps import Content, Elite, load_contents
+from viz.pictures import outer_cell, pictures
+from viz.views import BY_BODY, NESTED, ONLY, PROJECTED, layouts
+
+BODY = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
+PCA = (Axis("PCA 1", -4.5, 4.5, 9), Axis("PCA 2", -5.0, 5.0, 10))
+PER_MODULE = (BODY[0], Axis("softest", 0.05, 1.05, 10), Axis("stiffest", 0.05, 1.05, 10))
+
+
+def elite(number: int, f_s: float, generation: int = 0) -> Elite:
+    return Elite(number, f_s, generation, Morphology(4, (1, 2, 3)))
+
+
+GRID = Content(
+    (*BODY, *PCA),
+    {
+        (1, 3, 0, 0): elite(1, 2.0),
+        (1, 3, 4, 4): elite(2, 5.0, 6),  # the best of its body, and of all
+        (1, 5, 4, 4): elite(3, 3.0, 2),  # of the same behaviour as 2
+        (8, 9, 0, 0): elite(4, 2.5),
+    },
+)
+
+
+def test_contents_are_what_the_file_holds(small_reader: RunReader) -> None:
+    for generation in small_reader.generations():
+        contents = load_contents(small_reader, generation)
+        assert set(contents) == {"morphology", "controller"}
+        for name, content in contents.items():
+            held = small_reader.contents(name, generation.number)
+            assert set(content.elites) == set(held)
+            for cell, found in content.elites.items():
+                fitness = held[cell].fitness
+                assert fitness is not None
+                assert found.f_s == pytest.approx(45.0 - 100 * fitness)
+                assert f"robot {held[cell].solution.number}," in found.hint
+
+
+def test_a_cell_outside_its_map_is_damage(small_reader: RunReader) -> None:
+    last = small_reader.generations()[-1]
+    figures = dict(last.archives)
+    figures["morphology"] = dataclasses.replace(figures["morphology"], axes=(*BODY, *PCA))
+    with pytest.raises(RunFileError, match="outside a map"):
+        load_contents(small_reader, dataclasses.replace(last, archives=figures))
+
+
+def test_each_kind_of_archive_has_its_ways_to_be_seen() -> None:
+    def names(archives: dict[str, tuple[Axis, ...]]) -> dict[str, list[str]]:
+        return {layout: [v.name for v in views] for layout, views in layouts(archives).items()}
+
+    assert names({"morphology": BODY, "controller": PCA}) == {ONLY: ["morphology", "controller"]}
+    assert names({"morphology": BODY}) == {ONLY: ["morphology"]}
+    assert names({"grid": GRID.axes}) == {
+        PROJECTED: ["grid-01", "grid-23"],
+        BY_BODY: ["grid-01", "grid-section"],
+        NESTED: ["grid-nested", "grid-section"],
+    }
+    assert names({"morphology": PER_MODULE, "controller": PCA}) == {
+        PROJECTED: ["morphology-01", "morphology-02", "controller"],
+        NESTED: ["morphology-nested", "controller"],
+    }
+    assert names({"line": BODY[:1]}) == {}
+
+
+def test_hand_worked_pictures_of_a_grid() -> None:
+    bodies, behaviours = pictures({"grid": GRID}, layouts({"grid": GRID.axes})[PROJECTED], FITNESS)
+    assert {c: e.number for c, e in bodies.elites.items()} == {(1, 3): 2, (1, 5): 3, (8, 9): 4}
+    assert bodies.sources[1, 3] == (1, 3, 4, 4)
+    assert {c: e.number for c, e in behaviours.elites.items()} == {(0, 0): 4, (4, 4): 2}
+    assert bodies.title == "Morphology map, projected"
+    assert behaviours.title == "Controller map, projected"
+    assert bodies.figures == "3 cells, 3% · QD score 10 cm"  # of 90; 5 + 3 + 2.5
+    assert bodies.scale == behaviours.scale
+    assert (bodies.scale.low, bodies.scale.high) == (2.0, 5.0)
+
+
+def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> None:
+    views = layouts({"grid": GRID.axes})[BY_BODY]
+    _, inner = pictures({"grid": GRID}, views, FITNESS)
+    assert inner.outer == (1, 3)
+    assert {c: e.number for c, e in inner.elites.items()} == {(0, 0): 1, (4, 4): 2}
+    assert inner.title == "Within 3 modules, relative stiffness 0.4"
+    _, inner = pictures({"grid": GRID}, views, FITNESS, chosen=4)
+    assert (inner.outer, list(inner.elites)) == ((8, 9), [(0, 0)])
+    assert outer_cell(Content(GRID.axes, {}), 4) is None
+    empty = pictures({"grid": Content(GRID.axes, {})}, views, FITNESS)
+    assert [len(p.elites) for p in empty] == [0, 0]
+
+
+def test_the_chosen_robot_is_marked_wherever_it_lies() -> None:
+    ways = layouts({"grid": GRID.axes})
+    drawn = {
+        p.view.name: p for way in ways.values() for p in pictures({"grid": GRID}, way, FITNESS, chosen=1)
+    }
+    marks = {name: p.ring(GRID.cell_of(1), linked=False) for name, p in drawn.items()}
+    found = {name: (r.cell, r.covered) for name, r in marks.items() if r is not None}
+    assert found == {
+        "grid-01": ((1, 3), True),  # shows robot 2
+        "grid-23": ((0, 0), True),  # shows robot 4
+        "grid-section": ((0, 0), False),
+        "grid-nested": ((1, 3, 0, 0), False),
+    }
+    assert drawn["grid-section"].ring(GRID.cell_of(4), linked=False) is None  # another body's
+    assert drawn["grid-01"].ring(None, linked=False) is None
+
+
+def test_newly_won_cells_are_fresh_but_not_after_new_axes_or_within_another_body() -> None:
+    views = layouts({"grid": GRID.axes})[BY_BODY]
+    before = pictures({"grid": GRID}, views, FITNESS)
+    won = Content(GRID.axes, {**GRID.elites, (1, 3, 4, 4): elite(9, 6.0, 7), (2, 2, 2, 2): elite(8, 1.0)})
+    fresh = [p.fresh for p in pictures({"grid": won}, views, FITNESS, before=before)]
+    assert fresh == [{(1, 3), (2, 2)}, {(4, 4)}]
+    elsewhere = pictures({"grid": won}, views, FITNESS, chosen=4, before=before)
+    assert [p.fresh for p in elsewhere] == [{(1, 3), (2, 2)}, frozenset()]
+    moved = Content((*BODY, Axis("PCA 1", 0.0, 9.0, 9), PCA[1]), won.elites)
+    assert [p.fresh for p in pictures({"grid": moved}, views, FITNESS, before=before)][1] == frozenset()
+    assert all(not p.fresh for p in before)
+
+
+def test_colours_by_age_and_by_a_table_of_numbers() -> None:
+    views = layouts({"grid": GRID.axes})[PROJECTED]
+    bodies, _ = pictures({"grid": GRID}, views, AGE)
+    assert bodies.values == {(1, 3): 6.0, (1, 5): 2.0, (8, 9): 0.0}
+    assert (bodies.scale.low, bodies.scale.high, bodies.scale.title) == (0.0, 6.0, "gen.")
+    robust = by_number({2: 1.5, 1: 9.0}, "robust f_s cm")
+    bodies, _ = pictures({"grid": GRID}, views, robust)
+    assert bodies.values == {(1, 3): 1.5}  # the others are grey
+    assert bodies.tiles[1, 3].hint.endswith("robust f_s 1.50 cm")
+    assert "robust" not in bodies.tiles[1, 5].hint
+    # a map of which nothing is known keeps the colours of the fitness, and its bar says so
+    bodies, _ = pictures({"grid": GRID}, views, by_number({}, "robust f_s cm"))
+    assert (bodies.scale.title, bodies.values[1, 5]) == ("f_s cm", 3.0)
+
+
+def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None:
+    generations = small_reader.generations()
+    for g in (generations[0], generations[-1]):
+        contents = load_contents(small_reader, g)
+        ways = layouts({name: c.axes for name, c in contents.items()})
+        bodies, behaviours = pictures(contents, ways[ONLY], by_visits(small_reader, g.number))
+        # every evaluation that did not fail fell into a cell that has been filled since
+        assert sum(bodies.values.values()) == g.n_evaluations - g.n_failed
+        assert min(bodies.values.values()) >= 1
+        assert behaviours.scale.title == "f_s cm"  # not known for trajectories
+
+
+@given(st.integers(2, 10), st.integers(1, 10))
+def test_a_body_lies_in_the_cell_that_is_labelled_with_it(n_modules: int, level: int) -> None:
+    cell = axes.body_cell(BODY, Morphology(level, (1,) * n_modules))
+    assert cell is not None
+    assert axes.labels(BODY[0])[cell[0]] == str(n_modules)
+    assert axes.labels(BODY[1])[cell[1]] == f"{level / 10:.1f}"
+
+
+def test_cells_are_named_by_what_they_stand_for() -> None:
+    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0"
+    assert axes.describe(PCA, (4, 0)) == "PCA 1 0.0, PCA 2 -4.5"
+    assert axes.is_body(PER_MODULE)
+    assert not axes.is_body(GRID.axes)
+    assert axes.body_cell((Axis("modules", 1.5, 3.5, 2),), Morphology(1, (1,) * 9)) is None

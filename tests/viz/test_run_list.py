@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+from html.parser import HTMLParser
+
+from viz.run_list import RunFacts, render_chosen, render_list
+
+
+class Buttons(HTMLParser):
+    """Collects tags and the text of each button."""
+
+    def __init__(self, markup: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.texts: dict[str, str] = {}
+        self._in: str | None = None
+        self.feed(markup)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        if tag == "button":
+            self._in = dict(attrs)["data-c"] or ""
+            self.texts[self._in] = ""
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "button":
+            self._in = None
+
+    def handle_data(self, data: str) -> None:
+        if self._in is not None:
+            self.texts[self._in] += data
+
+
+def test_a_list_says_what_each_run_is_and_how_far_it_came() -> None:
+    done = RunFacts(task="squeezing", algorithm="vie-neat", n_evaluations=600, best=0.0523, state="finished")
+    live = RunFacts(task="goal-reaching", algorithm="map-elites", n_evaluations=0, state="live")
+    lost = RunFacts(problem="lost.tsmr is <cut> short")
+    found = Buttons(render_list([("done", done), ("live", live), ("lost", lost)], 0, "go()"))
+    assert found.texts == {
+        "run:0": "done5.23 cmsqueezing · vie-neat · 600 evaluations · finished",
+        "run:1": "livegoal-reaching · map-elites · 0 evaluations · ● live",
+        "run:2": "lostlost.tsmr is <cut> short",
+    }
+
+
+def test_names_of_files_and_what_is_in_them_cannot_inject_markup() -> None:
+    evil = "<script>alert(1)</script>"
+    facts = RunFacts(task=evil, algorithm=evil, state="stopped")
+    for markup in (render_list([(evil, facts)], None, "go()"), render_chosen(evil, 1, True, "go()")):
+        found = Buttons(markup)
+        assert "script" not in found.tags
+        assert any(evil in text for text in found.texts.values())

@@ -1,0 +1,76 @@
+"""What the axes of an archive mean to people."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from engine.algorithms.base import Axis
+from engine.archive import Cell
+from engine.morphology import Morphology
+from engine.tensegrity import N_STIFFNESS_LEVELS
+
+TITLES: Final = {
+    "stiffness": "relative stiffness",
+    "softest": "softest module",
+    "stiffest": "stiffest module",
+}
+
+
+def _levels(body: Morphology) -> tuple[int, ...]:
+    """Return the stiffness level of every module, or the one that they share."""
+    level: int | tuple[int, ...] = body.stiffness_level
+    return level if isinstance(level, tuple) else (level,)
+
+
+BODY: Final[Mapping[str, Callable[[Morphology], float]]] = {
+    "modules": lambda m: m.n_modules,
+    "stiffness": lambda m: m.stiffness,
+    "softest": lambda m: min(_levels(m)) / N_STIFFNESS_LEVELS,
+    "stiffest": lambda m: max(_levels(m)) / N_STIFFNESS_LEVELS,
+}
+"""How the body decides where it lies along an axis; the other axes need a trajectory."""
+
+
+def title(axis: Axis) -> str:
+    """Return an axis's title for people."""
+    return TITLES.get(axis.name, axis.name)
+
+
+def value(axis: Axis, index: int) -> str:
+    """Return the centre of a cell as text."""
+    centre = axis.lower + (index + 0.5) * (axis.upper - axis.lower) / axis.n
+    return f"{centre:.0f}" if axis.name == "modules" else f"{centre:.1f}"
+
+
+def labels(axis: Axis) -> list[str]:
+    """Return a label for the centre of each cell, some of them empty where they would crowd."""
+    crowded = not axis.name.startswith(("modules", "stiff", "soft"))
+    return ["" if crowded and i % 2 else value(axis, i) for i in range(axis.n)]
+
+
+def describe(axes: Sequence[Axis], cell: Cell) -> str:
+    """Return what a cell stands for."""
+    parts = []
+    for axis, i in zip(axes, cell, strict=True):
+        text = value(axis, i)
+        parts.append(f"{text} modules" if axis.name == "modules" else f"{title(axis)} {text}")
+    return ", ".join(parts)
+
+
+def family(axes: Sequence[Axis]) -> str | None:
+    """Return which of the two maps of the method some axes belong to, if to one."""
+    if is_body(axes):
+        return "morphology"
+    return "controller" if all(a.name.startswith("PCA") for a in axes) else None
+
+
+def is_body(axes: Sequence[Axis]) -> bool:
+    """Tell whether the body alone decides the cell."""
+    return all(a.name in BODY for a in axes)
+
+
+def body_cell(axes: Sequence[Axis], body: Morphology) -> Cell | None:
+    """Return the cell of a body, None if it lies outside."""
+    cell = tuple(int((BODY[a.name](body) - a.lower) / (a.upper - a.lower) * a.n // 1) for a in axes)
+    return cell if all(0 <= i < a.n for i, a in zip(cell, axes, strict=True)) else None

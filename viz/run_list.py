@@ -1,0 +1,103 @@
+"""Runs to choose from, as HTML: what each is and how far it came."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+from collections.abc import Sequence
+from typing import Final, Literal
+
+State = Literal["live", "finished", "stopped"]
+
+_COLORS: Final = {"live": "#36b3a0", "stopped": "#e0a458"}
+_STYLE: Final = (
+    "<style>.ta-runs button{display:block;width:100%;border:0;color:inherit;font:inherit;text-align:left;"
+    "cursor:pointer;background:none;border-radius:5px;padding:5px 8px}"
+    ".ta-runs button:hover,.ta-runs button:focus-visible{background:rgba(128,128,128,.18)}"
+    '.ta-runs button[aria-selected="true"]{background:rgba(54,179,160,.16)}'
+    ".ta-runs .n{display:flex;justify-content:space-between;gap:10px;font-size:13px}"
+    ".ta-runs .n b{overflow:hidden;text-overflow:ellipsis;white-space:nowrap}"
+    ".ta-runs .d{font-size:11.5px;opacity:.8}</style>"
+)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class RunFacts:
+    """What a list says of a run.
+
+    Attributes:
+        task, algorithm: from its configuration.
+        n_evaluations: finished ones.
+        best: its best f_s in m, None if there is none yet.
+        state: whether it is being written, is complete, or neither.
+        problem: why it cannot be shown, in which case nothing else is known.
+    """
+
+    task: str = ""
+    algorithm: str = ""
+    n_evaluations: int = 0
+    best: float | None = None
+    state: State = "stopped"
+    problem: str | None = None
+
+
+def state_markup(state: State) -> str:
+    """Return a run's state for people."""
+    mark = "● live" if state == "live" else state
+    color = _COLORS.get(state)
+    return f'<b style="color:{color}">{mark}</b>' if color else mark
+
+
+def render_chosen(label: str, n_runs: int, is_open: bool, on_click: str) -> str:
+    """Return the chosen run as a button that opens and closes the list.
+
+    Args:
+        label: of the run; empty if none is chosen.
+        n_runs: to choose from.
+        is_open: whether the list is shown.
+        on_click: JavaScript, already escaped for an attribute; the button has ``data-c`` = ``runs:0``.
+    """
+    name = html.escape(label) or "no run"
+    count = f"{n_runs} run{'' if n_runs == 1 else 's'}"
+    return (
+        '<div style="padding:6px 10px 2px"><button type="button" class="ta-run" data-c="runs:0"'
+        f' onclick="{on_click}" aria-expanded="{str(is_open).lower()}" title="Choose a run"'
+        ' style="display:flex;width:100%;'
+        "gap:10px;align-items:center;border:1px solid rgba(128,128,128,.4);border-radius:6px;"
+        'background:rgba(128,128,128,.1);color:inherit;font:inherit;padding:5px 9px;cursor:pointer">'
+        '<b style="flex:1;text-align:left;font-size:13.5px;overflow:hidden;text-overflow:ellipsis;'
+        f'white-space:nowrap">{name}</b><span style="font-size:11.5px;opacity:.75">{count}</span>'
+        f'<span aria-hidden="true">{"▴" if is_open else "▾"}</span></button></div>'
+    )
+
+
+def render_list(runs: Sequence[tuple[str, RunFacts]], chosen: int | None, on_click: str) -> str:
+    """Return the list.
+
+    Args:
+        runs: labels and facts.
+        chosen: index of the one that is shown.
+        on_click: JavaScript, already escaped for an attribute; a run has ``data-c`` = ``run:INDEX``.
+    """
+    rows = [_row(k, label, facts, k == chosen, on_click) for k, (label, facts) in enumerate(runs)]
+    return (
+        f'{_STYLE}<div class="ta-runs" role="listbox" aria-label="Runs" style="max-height:252px;'
+        "overflow-y:auto;margin:2px 10px 6px;padding:3px;border:1px solid rgba(128,128,128,.3);"
+        f'border-radius:6px">{"".join(rows) or "no runs yet"}</div>'
+    )
+
+
+def _row(index: int, label: str, facts: RunFacts, chosen: bool, on_click: str) -> str:
+    if facts.problem is not None:
+        best, details = "", f'<span style="color:#ff7b72">{html.escape(facts.problem)}</span>'
+    else:
+        best = "" if facts.best is None else f"{100 * facts.best:.2f} cm"
+        details = (
+            f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations} evaluations"
+            f" · {state_markup(facts.state)}"
+        )
+    return (
+        f'<button type="button" role="option" aria-selected="{str(chosen).lower()}" data-c="run:{index}"'
+        f' onclick="{on_click}"><span class="n"><b>{html.escape(label)}</b>'
+        f'<span title="best f_s">{best}</span></span><span class="d">{details}</span></button>'
+    )

@@ -1,0 +1,122 @@
+"""Colour scales: which value takes which colour, and how a bar says so."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import html
+import math
+from collections.abc import Collection
+
+import numpy as np
+
+from viz import theme
+
+STEPS = 48
+"""Colours of a scale; more could not be told apart, and fewer make smaller pictures."""
+_STOPS = 12
+NO_VALUE = "#7d8590"
+"""The colour of a filled cell whose value is not known."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Scale:
+    """A colour scale.
+
+    Attributes:
+        title: quantity and unit; ``f_s`` is set with its subscript.
+        low, high: values at its ends.
+        below, above: whether values beyond an end are drawn in its colour.
+        whole: whether only whole numbers mean something.
+        colormap: one of ``theme.MAPS``.
+    """
+
+    title: str
+    low: float
+    high: float
+    below: bool = False
+    above: bool = False
+    whole: bool = False
+    colormap: str = "viridis"
+
+    def step(self, value: float | None) -> int | None:
+        """Return which of the ``STEPS`` colours a value takes, None for an unknown one."""
+        if value is None:
+            return None
+        part = (value - self.low) / (self.high - self.low)
+        return round((STEPS - 1) * min(max(part, 0.0), 1.0))
+
+    def color(self, value: float | None) -> str:
+        """Return the ``#rrggbb`` colour of a value."""
+        return self.step_color(self.step(value))
+
+    def step_color(self, step: int | None) -> str:
+        """Return the ``#rrggbb`` colour of a step."""
+        return NO_VALUE if step is None else _color(step, self.colormap)
+
+    def ticks(self) -> dict[float, str]:
+        """Return labels by their part, 0 to 1, of the scale."""
+        values = [self.low + p * (self.high - self.low) for p in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        if self.whole:
+            values = sorted({float(round(v)) for v in values})
+        labels = {
+            (v - self.low) / (self.high - self.low): (f"{v:.0f}" if self.whole else f"{v:.3g}")
+            for v in values
+        }
+        if self.below:
+            labels[0.0] = f"≤{labels[0.0]}"
+        if self.above:
+            labels[1.0] = f"≥{labels[1.0]}"
+        return labels
+
+    def title_markup(self) -> str:
+        """Return the title as the content of an SVG text."""
+        subscript = 'f<tspan dy="3" font-size="8">s</tspan><tspan dy="-3">'
+        text = html.escape(self.title)
+        return text.replace("f_s", subscript, 1) + "</tspan>" if "f_s" in text else text
+
+
+def color_limits(values: Collection[float]) -> tuple[float, float]:
+    """Return the ends of a scale for values in cm, rounded outwards to whole centimetres.
+
+    It ends at the best value and begins at the 5th percentile: a few robots that run away from their
+    targets would otherwise take the colours from all others.
+    """
+    if not values:
+        return (0.0, 1.0)
+    low, high = math.floor(np.percentile(list(values), 5)), math.ceil(max(values))
+    return (float(low), float(max(high, low + 1)))
+
+
+def fitness_scale(values: Collection[float], title: str = "f_s cm") -> Scale:
+    """Return a scale for fitnesses in cm."""
+    low, high = color_limits(values)
+    return Scale(title, low, high, below=min(values, default=low) < low)
+
+
+def count_scale(values: Collection[float], title: str) -> Scale:
+    """Return a scale from 0 for counts; the largest twentieth of them share its last colour."""
+    if not values:
+        return Scale(title, 0.0, 1.0, whole=True)
+    high = float(max(math.ceil(np.percentile(list(values), 95)), 1))
+    return Scale(title, 0.0, high, above=max(values) > high, whole=True)
+
+
+def bar(scale: Scale, x: float, y: float, width: float, height: float) -> str:
+    """Return the colours of a bar as SVG: upwards if it is taller than wide, else to the right."""
+    upright = height > width
+    name = f"ta-{scale.colormap}-{'up' if upright else 'right'}"
+    stops = "".join(
+        f'<stop offset="{k / _STOPS:.4g}" stop-color="{theme.color_at(k / _STOPS, scale.colormap)}"/>'
+        for k in range(_STOPS + 1)
+    )
+    direction = 'x1="0" y1="1" x2="0" y2="0"' if upright else 'x1="0" y1="0" x2="1" y2="0"'
+    return (
+        f'<linearGradient id="{name}" {direction}>{stops}</linearGradient>'
+        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="url(#{name})"/>'
+    )
+
+
+@functools.lru_cache(maxsize=1024)
+def _color(step: int, colormap: str) -> str:
+    return theme.color_at(step / (STEPS - 1), colormap)
