@@ -107,7 +107,7 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Verify():
             _verify(command)
         case c.Reevaluate():
-            check_workers(command.workers)
+            _check_workers(command.workers)
             reevaluate_run(command, console)
         case c.Compare():
             # as the app's, the figures' libraries take a while to import
@@ -117,12 +117,12 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Table():
             write_elites(command, console)
         case c.Project():
-            check_workers(command.workers)
+            _check_workers(command.workers)
             project(command, console)
 
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
-    check_workers(workers)
+    _check_workers(workers)
     try:
         with ProgressDisplay(console) as display:
             if config is None:
@@ -140,12 +140,7 @@ def _work(path: Path, workers: int, config: Any, console: Console) -> None:
     console.print(f"Finished: {path}. Look at it with: tensatlas explore {path}", markup=False)
 
 
-def check_workers(workers: int) -> None:
-    """Refuse to work with no thread at all.
-
-    Raises:
-        InvalidData: there are fewer than one.
-    """
+def _check_workers(workers: int) -> None:
     if workers < 1:
         raise InvalidData(f"workers must be at least 1, not {workers}")
 
@@ -213,7 +208,7 @@ def _export(command: c.Export, console: Console) -> None:
 
 
 def _verify(command: c.Verify) -> None:
-    check_workers(command.workers)
+    _check_workers(command.workers)
     with RunReader(command.run) as reader:
         config = reader.config
         evaluation = reader.evaluation(find_elite(reader, command.archive, parse_cell(command.cell)))

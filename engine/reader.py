@@ -98,10 +98,10 @@ class RunReader:
             with self.guard():
                 meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
                 self.config: RunConfig = from_json(meta.get("config"))
-                self.versions: dict[str, str] = _strings(meta.get("versions", {}))
-                self.created_at = str(meta.get("created_at", ""))
                 self.projection = None if "projection" not in meta else _strings(meta["projection"])
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
+                self.versions: dict[str, str] = _strings(meta.get("versions", {}))
+                self.created_at = str(meta.get("created_at", ""))
         except RunFileError:
             self.close()
             raise

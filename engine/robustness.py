@@ -71,6 +71,14 @@ class Robustness:
         fresh = self.fresh(number)
         return float(fresh.std(ddof=1)) if len(fresh) > 1 else None
 
+    def f_s(self, initial_distance: float) -> dict[int, float]:
+        """Return the mean f_s in m under fresh noise of every elite that has one, by number.
+
+        Args:
+            initial_distance: d_init of f_s, in m.
+        """
+        return {n: initial_distance - m for n in self.recorded if (m := self.mean(n)) is not None}
+
     def luck(self, number: int) -> float | None:
         """Return how much better in m an elite's recorded fitness is than its mean under fresh noise."""
         mean = self.mean(number)

@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from engine.algorithms.base import Algorithm, Snapshot
+from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
+from engine.algorithms.snapshot import Snapshot
 from engine.archive import GridArchive
 from engine.config import RunConfig
 from engine.dump import DumpFolder

@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Self
 
-from engine.algorithms.base import Snapshot
+from engine.algorithms.snapshot import Snapshot
 from engine.config import RunConfig, to_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation

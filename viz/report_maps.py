@@ -18,11 +18,11 @@ from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.comparison import TaskComparison
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap
-from engine.measures import cell_centre
 from engine.run_result import RunResult
+from viz import axes as axis_text
 from viz import theme
-from viz.heatmap import axis_title, color_limits
 from viz.report_style import Look, dress
+from viz.scale import Scale, fitness_scale
 
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
@@ -45,16 +45,16 @@ class _Panel:
     run: RunResult
 
 
-def limits(task: TaskComparison) -> tuple[float, float]:
-    """Return the ends of the colour scale that all maps of a task share, in cm."""
-    values = [
-        100.0 * v
-        for run in task.runs
-        for name in (MORPHOLOGY, CONTROLLER)
-        if name in run.maps
-        for v in run.maps[name].values(run.initial_distance).values()
-    ]
-    return color_limits(values)
+def task_scale(task: TaskComparison) -> Scale:
+    """Return the colour scale that all maps of a task share, in cm."""
+    return fitness_scale(
+        [
+            100.0 * v
+            for run in task.runs
+            for shown in run.maps.values()
+            for v in shown.values(run.initial_distance).values()
+        ]
+    )
 
 
 def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> go.Figure:
@@ -197,7 +197,7 @@ def _add_map(figure: go.Figure, panel: _Panel, row: int, col: int, look: Look, *
         update(
             tickvals=at,
             ticktext=text,
-            title_text="" if beside_its_like else axis_title(axis),
+            title_text="" if beside_its_like else axis_text.title(axis),
             showline=False,
             range=[-0.5, axis.n - 0.5],
             **place,
@@ -208,13 +208,8 @@ def _hover(shown: EliteMap, cell: Cell, initial_distance: float) -> str:
     if cell not in shown.elites:
         return "empty cell"
     fitness, number = shown.elites[cell]
-    where = ", ".join(f"{a.name} {_value(a, i)}" for a, i in zip(shown.axes, cell, strict=True))
+    where = axis_text.describe(shown.axes, cell)
     return f"f<sub>s</sub> {100 * (initial_distance - fitness):.2f} cm<br>{where}<br>robot {number}"
-
-
-def _value(axis: Axis, index: int) -> str:
-    value = cell_centre(axis, index)
-    return f"{value:.0f}" if axis.name == "modules" else f"{value:.1f}"
 
 
 def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
@@ -225,25 +220,16 @@ def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
         at = sorted({0, (axis.n - 1) // 2, axis.n - 1})
     else:
         at = list(range(1, axis.n, 3))
-    return at, [_value(axis, i) for i in at]
+    return at, [axis_text.value(axis, i) for i in at]
 
 
 def _color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
-    low, high = limits(task)
-    below = any(
-        100.0 * v < low
-        for run in task.runs
-        for m in run.maps.values()
-        for v in m.values(run.initial_distance).values()
-    )
-    ticks = [low + part * (high - low) for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
-    text = [f"{t:.3g}" for t in ticks]
-    if below:
-        text[0] = f"≤ {text[0]}"
+    scale = task_scale(task)
+    ticks = scale.ticks()
     return {
-        "cmin": low,
-        "cmax": high,
-        "colorscale": theme.MAPS["viridis"],
+        "cmin": scale.low,
+        "cmax": scale.high,
+        "colorscale": theme.MAPS[scale.colormap],
         "colorbar": {
             "title": {"text": "f<sub>s</sub> (cm)", "font": {"size": 12}},
             "thickness": 12,
@@ -254,8 +240,8 @@ def _color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, An
             "x": 1,
             "xpad": 18,
             "outlinewidth": 0,
-            "tickvals": ticks,
-            "ticktext": text,
+            "tickvals": [scale.low + part * (scale.high - scale.low) for part in ticks],
+            "ticktext": list(ticks.values()),
             "tickfont": {"size": 11, "color": look.muted},
         },
     }
@@ -358,8 +344,8 @@ def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Loo
     ):
         update(
             tickvals=[i * step + (n - 1) / 2 for i in range(axis.n)],
-            ticktext=[_value(axis, i) for i in range(axis.n)],
-            title_text=axis_title(axis),
+            ticktext=[axis_text.value(axis, i) for i in range(axis.n)],
+            title_text=axis_text.title(axis),
             range=[-0.5, axis.n * step - 1.5],
             **place,
         )

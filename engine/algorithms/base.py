@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from engine.archive import GridArchive
 from engine.evaluation import Evaluation, Solution
@@ -19,28 +19,6 @@ class Axis:
     lower: float
     upper: float
     n: int
-
-
-class Snapshot(Protocol):
-    """What a generation leaves behind; every algorithm is one after its ``tell``."""
-
-    @property
-    def generation(self) -> int:
-        """Number of completed generations."""
-        ...
-
-    @property
-    def archives(self) -> Mapping[str, GridArchive]:
-        """The archives by name."""
-        ...
-
-    def axes(self, archive: str) -> tuple[Axis, ...]:
-        """Describe the axes of an archive as they are now."""
-        ...
-
-    def state(self) -> dict[str, Any]:
-        """Return the JSON-ready state at the end of a generation, archives excluded."""
-        ...
 
 
 class Algorithm(abc.ABC):

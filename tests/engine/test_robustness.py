@@ -59,6 +59,7 @@ def test_figures_by_hand():
     assert m.luck == pytest.approx(0.09)
     assert m.luck_deviation == pytest.approx(np.std([0.05, -0.03, 0.25], ddof=1))
     assert m.deviation == pytest.approx((0.10 + 0.02) / 2 / np.sqrt(2))
+    assert robust.f_s(0.45) == pytest.approx({3: 0.10, 4: 0.08, 5: 0.0})
     assert robust.luck(4) == pytest.approx(-0.03)
     assert robust.luck(6) is robust.mean(6) is robust.deviation(5) is None
 

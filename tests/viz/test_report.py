@@ -11,7 +11,7 @@ import pytest
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.run_result import RunResult
 from viz.report import render_page, report_sections, style
-from viz.report_maps import limits, maps_figure, nested_figure
+from viz.report_maps import maps_figure, nested_figure, task_scale
 from viz.report_style import DARK, LIGHT, colors
 from viz.report_tables import number, p_value, rank_sum_table, runs_table, statistics_table
 from viz.report_trends import ends_figure, trend_figure
@@ -105,14 +105,14 @@ def test_a_map_shows_every_elite_where_it_belongs(result: RunResult, comparison:
 
 def test_all_maps_of_a_task_share_one_scale(comparison: Comparison) -> None:
     task = comparison.tasks[0]
-    low, high = limits(task)
+    scale = task_scale(task)
     nested = nested_figure(task, task.groups[2].runs, comparison.labels, LIGHT)
     for figure in (maps_figure(task, comparison.labels, LIGHT), nested):
         axis = figure.layout.coloraxis
-        assert (axis.cmin, axis.cmax) == (low, high)
+        assert (axis.cmin, axis.cmax) == (scale.low, scale.high)
         assert axis.colorscale[0][1] == "#440154"  # viridis
     best = max(100.0 * v for r in task.runs for v in r.maps["morphology"].values(0.45).values())
-    assert low < best <= high
+    assert scale.low < best <= scale.high
 
 
 def test_nested_map_has_a_block_for_every_body(result: RunResult) -> None:
