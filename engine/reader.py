@@ -234,6 +234,10 @@ class RunReader:
             raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
         return found
 
+    def lacks_trajectories(self) -> bool:
+        """Tell whether any evaluation is without its trajectory, as in a file made smaller."""
+        return bool(self._query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
+
     def all_evaluations(self) -> list[Evaluation]:
         """Return every saved evaluation in the order of their numbers."""
         with self.guard():

@@ -151,6 +151,8 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
                 f"{path} is a projection of {reader.projection.get('source', 'another run')};"
                 " resume that one and project it again"
             )
+        if reader.lacks_trajectories():
+            raise RunFileError(f"{path} has robots without a trajectory and cannot be gone on with")
         with RunWriter.open(path) as writer:
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
@@ -165,8 +167,6 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     if last is None or state is None:
         return algorithm, 0.0
     contents = {name: reader.contents(name, last) for name in algorithm.archives}
-    if any(not e.trajectory.size for held in contents.values() for e in held.values()):
-        raise RunFileError(f"{reader.path} has elites without a trajectory and cannot be gone on with")
     with reader.guard():
         algorithm.restore(state, contents)
     return algorithm, reader.generations(last - 1)[-1].seconds
