@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app import commands as c
 from engine import published
-from engine.analysis import describe
+from engine.analysis import describe, too_few_runs
 from engine.comparison import Comparison, TaskComparison, compare_runs
 from engine.comparison_tables import csv_files
 from engine.errors import ExportError
@@ -73,14 +73,20 @@ def _print(comparison: Comparison) -> None:
     console = Console(highlight=False)
     for task in comparison.tasks:
         console.print(_table(task))
-        for test in task.tests():
-            what = {"best": "best f_s", "qd_score": "QD score"}[test.measure]
-            p = f" (p = {test.result.p:.4f})" if test.result.enough else ""
-            console.print(
-                f"{what}: {test.result.sentence(test.first.name, test.second.name)}{p}",
-                markup=False,
-                soft_wrap=True,
-            )
+        for line in _test_lines(task):
+            console.print(line, markup=False, soft_wrap=True)
+
+
+def _test_lines(task: TaskComparison) -> list[str]:
+    tests = task.tests()
+    if tests and not any(t.result.enough for t in tests):
+        return [too_few_runs()]
+    lines = []
+    for test in tests:
+        p = f" (p = {test.result.p:.4f})" if test.result.enough else ""
+        what = {"best": "best f_s", "qd_score": "QD score"}[test.measure]
+        lines.append(f"{what}: {test.result.sentence(test.first.name, test.second.name)}{p}")
+    return lines
 
 
 def _table(task: TaskComparison) -> Table:

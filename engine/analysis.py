@@ -114,6 +114,14 @@ def fewest_runs() -> int:
     return n
 
 
+def too_few_runs() -> str:
+    """Say in a sentence that no test among some algorithms can show anything."""
+    return (
+        f"There are too few runs to say which algorithm is better: {fewest_runs()} of each of two are the"
+        f" fewest whose difference could reach {ALPHA:g}, even if all of one beat all of the other."
+    )
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Trend:
     """A measure over evaluations, over n runs.

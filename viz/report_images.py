@@ -31,7 +31,15 @@ def write_images(figures: Sequence[ReportFigure], folder: Path, kind: ImageForma
     try:
         for log in quiet:
             log.setLevel(logging.CRITICAL)
-        plotly.io.write_images([f.figure for f in figures], paths, scale=_PIXELS[kind])
+        drawn = [f.figure for f in figures]
+        plotly.io.write_images(
+            drawn,
+            paths,
+            scale=_PIXELS[kind],
+            # without these every figure is pressed into one default size
+            width=[f.layout.width for f in drawn],
+            height=[f.layout.height for f in drawn],
+        )
     except (
         BrowserFailedError,
         BrowserClosedError,

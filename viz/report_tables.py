@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from engine import published
-from engine.analysis import ALPHA, fewest_runs
+from engine.analysis import ALPHA, too_few_runs
 from engine.comparison import TaskComparison
 from viz.report_style import colors
 
@@ -88,11 +88,7 @@ def rank_sum_table(task: TaskComparison) -> str:
         return "<p>There is a single algorithm: nothing to test it against.</p>"
     lead = ""
     if not any(t.result.enough for t in tests):
-        lead = (
-            f"<p>There are too few runs to say which algorithm is better: {fewest_runs()} of each of two are"
-            f" the fewest whose difference could reach α = {ALPHA:g}, even if all of one beat all of the"
-            " other.</p>"
-        )
+        lead = f"<p>{too_few_runs()}</p>"
     rows = []
     for test in tests:
         theirs = published.rank_sum_p(test.measure, task.task, test.first.algorithm, test.second.algorithm)

@@ -52,9 +52,14 @@ def test_compare_writes_a_report_tables_and_figures(tensatlas: Command, tmp_path
         "goal-reaching-nested-dm-me",
         "goal-reaching-qd-score-and-coverage",
     ]
+    sizes = {}
     for figure in figures:
         with Image.open(figure) as image:
             assert len(image.convert("RGB").getcolors(10**6) or range(10**6)) > 20  # something is drawn
+            sizes[figure.stem] = image.size
+    # two pixels for each of the figure's
+    assert sizes["goal-reaching-best-fitness"] == (2160, 800)
+    assert sizes["goal-reaching-maps"][1] > 900
 
 
 def test_compare_without_a_chromium_still_writes_the_page(
