@@ -10,7 +10,8 @@ from rich.table import Table
 
 from app import commands as c
 from app.progress import counting
-from engine.robustness import MapRobustness, reevaluate, robust_path
+from engine.reevaluation import reevaluate
+from engine.robustness import MapRobustness, robust_path
 
 
 def reevaluate_run(command: c.Reevaluate, console: Console) -> None:

@@ -13,7 +13,8 @@ from plotly.offline import get_plotlyjs
 from engine import published
 from engine.comparison import Comparison, TaskComparison
 from engine.elite_map import GRID
-from viz.report_maps import MOST_RUNS, maps_figure, nested_figure
+from viz.report_maps import MOST_RUNS, maps_figure
+from viz.report_nested import nested_figure
 from viz.report_style import LIGHT, Look
 from viz.report_tables import MEASURES, rank_sum_table, runs_table, statistics_table
 from viz.report_trends import ends_figure, trend_figure

@@ -1,14 +1,10 @@
-"""Figures of archives: the maps of all runs in the paper's arrangement, and 4-D maps drawn nested.
-
-All maps of a task share one colour scale.
-"""
+"""The maps of all runs in the paper's arrangement; all maps of a task share one colour scale."""
 
 from __future__ import annotations
 
 import dataclasses
 import html
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
 import plotly.graph_objects as go
@@ -17,7 +13,7 @@ from plotly.subplots import make_subplots
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.comparison import TaskComparison
-from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap
+from engine.elite_map import CONTROLLER, MORPHOLOGY, EliteMap
 from engine.run_result import RunResult
 from viz import axes as axis_text
 from viz import theme
@@ -34,8 +30,6 @@ _LEFT: Final = 92
 _RIGHT: Final = 96
 _GAP_X, _GAP_Y = 34, 62
 _TOP: Final = 46
-_NESTED: Final = 421
-"""Width and height of a nested map in px."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -87,7 +81,8 @@ def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> 
                 figure.update_xaxes(visible=False, row=r, col=c)
                 figure.update_yaxes(visible=False, row=r, col=c)
                 continue
-            _add_map(figure, panel, r, c, look, first=all(p is None for p in panels[: c - 1]))
+            left = next(filter(None, panels[: c - 1]), None)
+            _add_map(figure, panel, left, (r, c), look)
             domain = figure.get_subplot(r, c)
             figure.add_annotation(
                 text=panel.title,
@@ -120,7 +115,7 @@ def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> 
         width=width,
         height=height,
         margin={"l": _LEFT, "r": _RIGHT, "t": _TOP, "b": 58},
-        coloraxis=_color_axis(task, look, height_of_map),
+        coloraxis=color_axis(task, look, height_of_map),
     )
     figure.update_xaxes(tickfont_size=10, title_font_size=11, title_standoff=3, showgrid=False)
     figure.update_yaxes(tickfont_size=10, title_font_size=11, title_standoff=3, showgrid=False)
@@ -161,15 +156,19 @@ def _how(run: RunResult, name: str) -> str:
     return " (projected)" if run.maps[name].projected else ""
 
 
-def _add_map(figure: go.Figure, panel: _Panel, row: int, col: int, look: Look, *, first: bool) -> None:
+def _add_map(
+    figure: go.Figure, panel: _Panel, left: _Panel | None, position: tuple[int, int], look: Look
+) -> None:
+    """Draw a map at a (row, column), without the labels that it shares with the leftmost of its row."""
     shown = panel.map if len(panel.map.axes) == 2 else panel.map.project((0, 1))
     x_axis, y_axis = shown.axes
     values = {c: 100.0 * v for c, v in shown.values(panel.run.initial_distance).items()}
     z = [[values.get((i, j)) for i in range(x_axis.n)] for j in range(y_axis.n)]
     hover = [
-        [_hover(shown, (i, j), panel.run.initial_distance) for i in range(x_axis.n)] for j in range(y_axis.n)
+        [hover_text(shown, (i, j), panel.run.initial_distance) for i in range(x_axis.n)]
+        for j in range(y_axis.n)
     ]
-    place = {"row": row, "col": col}
+    place = {"row": position[0], "col": position[1]}
     # what lies under the cells shows where one is empty
     figure.add_heatmap(
         z=[[0] * x_axis.n for _ in range(y_axis.n)],
@@ -191,7 +190,9 @@ def _add_map(figure: go.Figure, panel: _Panel, row: int, col: int, look: Look, *
     )
     for axis, update in ((x_axis, figure.update_xaxes), (y_axis, figure.update_yaxes)):
         at, text = _ticks(axis)
-        beside_its_like = update == figure.update_yaxes and not first
+        beside_its_like = (
+            left is not None and update == figure.update_yaxes and left.map.axes[1].name == axis.name
+        )
         if beside_its_like and not axis.name.startswith("PCA"):
             text = [""] * len(at)  # the same as of the first map of the row
         update(
@@ -204,7 +205,8 @@ def _add_map(figure: go.Figure, panel: _Panel, row: int, col: int, look: Look, *
         )
 
 
-def _hover(shown: EliteMap, cell: Cell, initial_distance: float) -> str:
+def hover_text(shown: EliteMap, cell: Cell, initial_distance: float) -> str:
+    """Return what a hover card says of a cell."""
     if cell not in shown.elites:
         return "empty cell"
     fitness, number = shown.elites[cell]
@@ -223,7 +225,8 @@ def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
     return at, [axis_text.value(axis, i) for i in at]
 
 
-def _color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
+def color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
+    """Return the colour axis that all maps of a task share; its bar is at least 180 px long."""
     scale = task_scale(task)
     ticks = scale.ticks()
     return {
@@ -245,107 +248,3 @@ def _color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, An
             "tickfont": {"size": 11, "color": look.muted},
         },
     }
-
-
-def nested_figure(
-    task: TaskComparison, runs: Sequence[RunResult], labels: Mapping[Any, str], look: Look
-) -> go.Figure:
-    """Return 4-D maps, two beside each other: a block for every body, in it a cell for every movement.
-
-    Args:
-        task: whose colour scale to use.
-        runs: that have a map ``grid``.
-        labels: a short name of each run, by path.
-        look: the colours.
-    """
-    runs = list(runs)[:MOST_RUNS]
-    n_columns, n_rows = min(len(runs), 2), math.ceil(len(runs) / 2)
-    gap_x, gap_y = 70, 96
-    margin = {"l": 64, "r": 104, "t": 66, "b": 60}
-    plot_w = n_columns * _NESTED + (n_columns - 1) * gap_x
-    plot_h = n_rows * _NESTED + (n_rows - 1) * gap_y
-    figure = make_subplots(
-        rows=n_rows,
-        cols=n_columns,
-        horizontal_spacing=gap_x / plot_w if n_columns > 1 else 0,
-        vertical_spacing=gap_y / plot_h if n_rows > 1 else 0,
-    )
-    for k, run in enumerate(runs):
-        row, col = divmod(k, n_columns)
-        _add_nested(figure, run, row + 1, col + 1, look)
-        place = figure.get_subplot(row + 1, col + 1)
-        grid = run.maps[GRID]
-        across, up = grid.axes[2:]
-        figure.add_annotation(
-            text=f"<b>{html.escape(labels[run.path])}</b>   {len(grid.elites)} of"
-            f" {grid.n_cells:,} cells filled"
-            f"<br><span style='color:{look.muted}'>in each block: {across.name} →, {up.name} ↑</span>",
-            x=place.xaxis.domain[0],
-            y=place.yaxis.domain[1],
-            xref="paper",
-            yref="paper",
-            xanchor="left",
-            yanchor="bottom",
-            yshift=4,
-            align="left",
-            showarrow=False,
-            font={"size": 12},
-        )
-    if len(runs) < n_rows * n_columns:
-        figure.update_xaxes(visible=False, row=n_rows, col=n_columns)
-        figure.update_yaxes(visible=False, row=n_rows, col=n_columns)
-    dress(
-        figure,
-        look,
-        width=plot_w + margin["l"] + margin["r"],
-        height=plot_h + margin["t"] + margin["b"],
-        margin=margin,
-        coloraxis=_color_axis(task, look, _NESTED * 0.6),
-    )
-    figure.update_xaxes(showgrid=False, showline=False)
-    figure.update_yaxes(showgrid=False, showline=False)
-    return figure
-
-
-def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Look) -> None:
-    grid = run.maps[GRID]
-    outer_x, outer_y, inner_x, inner_y = grid.axes
-    step_x, step_y = inner_x.n + 1, inner_y.n + 1  # a strip between blocks
-    wide, high = outer_x.n * step_x - 1, outer_y.n * step_y - 1
-    z: list[list[float | None]] = [[None] * wide for _ in range(high)]
-    under: list[list[int | None]] = [
-        [0 if (x + 1) % step_x and (y + 1) % step_y else None for x in range(wide)] for y in range(high)
-    ]
-    text = [[""] * wide for _ in range(high)]
-    for cell, value in grid.values(run.initial_distance).items():
-        a, b, c, d = cell
-        x, y = a * step_x + c, b * step_y + d
-        z[y][x] = 100.0 * value
-        text[y][x] = _hover(grid, cell, run.initial_distance)
-    place = {"row": row, "col": col}
-    figure.add_heatmap(
-        z=under,
-        colorscale=[[0, look.empty], [1, look.empty]],
-        showscale=False,
-        hoverinfo="skip",
-        **place,
-    )
-    figure.add_heatmap(
-        z=z,
-        text=text,
-        hovertemplate="%{text}<extra></extra>",
-        hoverongaps=False,
-        coloraxis="coloraxis",
-        **place,
-    )
-    for axis, step, n, update in (
-        (outer_x, step_x, inner_x.n, figure.update_xaxes),
-        (outer_y, step_y, inner_y.n, figure.update_yaxes),
-    ):
-        update(
-            tickvals=[i * step + (n - 1) / 2 for i in range(axis.n)],
-            ticktext=[axis_text.value(axis, i) for i in range(axis.n)],
-            title_text=axis_text.title(axis),
-            range=[-0.5, axis.n * step - 1.5],
-            **place,
-        )

@@ -5,13 +5,18 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 
+import plotly.graph_objects as go
 import pytest
 from PIL import Image
 
 from app.cli import main
+from engine.errors import ExportError
+from viz.report import ReportFigure
+from viz.report_images import write_images
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -72,6 +77,33 @@ def test_compare_without_a_chromium_still_writes_the_page(
     assert "no Chromium could draw the figures" in lines[0]
     assert (tmp_path / "report" / "report.html").stat().st_size > 10**6
     assert not any((tmp_path / "report" / "figures").iterdir())
+
+
+def test_a_chromium_that_hangs_costs_patience_and_not_the_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    browser = tmp_path / "chromium"
+    browser.write_text(f"#!/bin/sh\necho $$ >> {tmp_path}/pids\nexec sleep 600\n")
+    browser.chmod(0o755)
+    monkeypatch.setenv("BROWSER_PATH", str(browser))
+    figure = ReportFigure("a", "", go.Figure(layout={"width": 100, "height": 100}))
+    with pytest.raises(ExportError, match="did not answer within 10 s"):
+        write_images([figure], tmp_path, "svg", patience=4.0)
+    pids = (tmp_path / "pids").read_text().split()
+    assert pids
+    for _ in range(100):
+        if not any(_lives(pid) for pid in pids):
+            return
+        time.sleep(0.1)
+    pytest.fail("a browser is left behind")
+
+
+def _lives(pid: str) -> bool:
+    """Tell whether a process is there and no zombie that nobody has waited for."""
+    try:
+        return "\nState:\tZ" not in Path("/proc", pid, "status").read_text()
+    except OSError:
+        return False
 
 
 def test_compare_refuses_a_place_that_is_no_folder(tensatlas: Command, tmp_path: Path) -> None:

@@ -6,17 +6,17 @@ import pytest
 from made_up import MadeUpEvaluator
 from made_up_grid import AXES
 
-import engine.robustness
+import engine.reevaluation
 from engine.elite_map import EliteMap
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import LocalEvaluator
 from engine.reader import RunReader
+from engine.reevaluation import reevaluate
 from engine.robustness import (
     Robustness,
     load_robust,
     load_robust_of,
     map_robustness,
-    reevaluate,
     robust_path,
 )
 from engine.verify import resimulate
@@ -102,7 +102,7 @@ def test_no_noise_is_the_runs_own_or_used_twice(run, monkeypatch):
 
 def test_the_file_does_not_depend_on_workers_or_on_interruptions(reevaluated, run, monkeypatch):
     expected = robust_path(reevaluated[0]).read_bytes()
-    monkeypatch.setattr(engine.robustness, "_SAVE_INTERVAL", 0.0)
+    monkeypatch.setattr(engine.reevaluation, "_SAVE_INTERVAL", 0.0)
 
     def stop(n, total):
         raise KeyboardInterrupt
@@ -203,7 +203,7 @@ def test_bad_input_is_refused_before_time_is_spent(run):
 
 
 def test_results_that_cannot_be_kept_are_reported(run, monkeypatch):
-    monkeypatch.setattr(engine.robustness, "create_evaluator", lambda *_: MadeUpEvaluator())
-    monkeypatch.setattr(engine.robustness, "robust_path", lambda run: run.parent / "none" / "x.json")
+    monkeypatch.setattr(engine.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
+    monkeypatch.setattr(engine.reevaluation, "robust_path", lambda run: run.parent / "none" / "x.json")
     with pytest.raises(RunFileError, match="cannot be written"):
         reevaluate(run, repeats=1, archive="morphology")

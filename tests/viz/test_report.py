@@ -11,7 +11,8 @@ import pytest
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.run_result import RunResult
 from viz.report import render_page, report_sections, style
-from viz.report_maps import maps_figure, nested_figure, task_scale
+from viz.report_maps import maps_figure, task_scale
+from viz.report_nested import nested_figure
 from viz.report_style import DARK, LIGHT, colors
 from viz.report_tables import number, p_value, rank_sum_table, runs_table, statistics_table
 from viz.report_trends import ends_figure, trend_figure
