@@ -17,6 +17,8 @@ from rich.console import Console
 
 from app import commands as c
 from app.progress import ProgressDisplay
+from app.reevaluation import reevaluate_run
+from app.tables import project, write_elites
 from app.verification import print_verification
 from engine import run
 from engine.archive import Cell
@@ -73,6 +75,10 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Export, tyro.conf.subcommand("export")]
         | Annotated[c.ReplayDump, tyro.conf.subcommand("replay-dump")]
         | Annotated[c.Verify, tyro.conf.subcommand("verify")]
+        | Annotated[c.Reevaluate, tyro.conf.subcommand("reevaluate")]
+        | Annotated[c.Compare, tyro.conf.subcommand("compare")]
+        | Annotated[c.Table, tyro.conf.subcommand("table")]
+        | Annotated[c.Project, tyro.conf.subcommand("project")]
     )
     return tyro.cli(
         kinds,
@@ -119,6 +125,19 @@ def _dispatch(command: c.Command, console: Console) -> None:
             _export(command, console)
         case c.Verify():
             _verify(command)
+        case c.Reevaluate():
+            _check_workers(command.workers)
+            reevaluate_run(command, console)
+        case c.Compare():
+            # as the app's, the figures' libraries take a while to import
+            from app.comparison import compare
+
+            compare(command, console)
+        case c.Table():
+            write_elites(command, console)
+        case c.Project():
+            _check_workers(command.workers)
+            project(command, console)
 
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
@@ -162,6 +181,7 @@ def _info(path: Path, as_json: bool) -> None:
             "generations": len(generations),
             "seconds": round(last.seconds, 1) if last else 0.0,
             "created_at": reader.created_at,
+            "projection": reader.projection,
             "live": reader.is_live,
             "versions": reader.versions,
             "archives": _archive_facts(last),
@@ -176,6 +196,9 @@ def _info(path: Path, as_json: bool) -> None:
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         console.print(f"{key:<12} {facts[key]}", markup=False)
     console.print(f"{'evaluations':<12} {facts['evaluations']} of {facts['budget']}", markup=False)
+    if reader.projection is not None:
+        kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
+        console.print(f"{'projection':<12} of {source}: {kind}", markup=False)
     console.print(f"{'failed':<12} {facts['failed']}", markup=False)
     if change:
         console.print(f"{'note':<12} {change}: results may differ", markup=False)

@@ -123,4 +123,66 @@ class ReplayDump:
     """Open a browser window, where there is a screen."""
 
 
-Command = Explore | Evolve | Resume | Info | Export | Verify | ReplayDump
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Table:
+    """Write a run's elites as a table, with pyribs' column names."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str | None = None
+    """The only archive to take; without it all, told apart by the column ``archive``."""
+    out: Path
+    """File to write, *.csv or *.parquet."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Project:
+    """Write a 4-D archive as its two 2-D maps, or two 2-D archives as one 4-D map: a run file again."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file of MAP-Elites or DM-ME."""
+    out: Path
+    """Run file to create, *.tsmr."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate elites without a trajectory; the result does not depend on it."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Compare:
+    """Compare runs: tables, tests and figures by task and algorithm, beside the paper's.
+
+    Writes one page that works offline, report.html, the tables as CSV and each figure as a file.
+    """
+
+    run: tyro.conf.Positional[tuple[Path, ...]]
+    """Run files, or folders of them."""
+    out: Path = Path("comparison")
+    """Folder to write into."""
+    at: int | None = None
+    """Evaluations to compare at; later generations do not count. Without it, the ends of the runs."""
+    images: Literal["svg", "png", "none"] = "svg"
+    """Kind of the figures' files; needs a Chromium."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reevaluate:
+    """Simulate elites again under fresh noise and say how much of their map's fitness was luck.
+
+    Keeps the results beside the run, in NAME.robust.json, and goes on with those that are there.
+    """
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    repeats: int = 5
+    """Evaluations of each elite, each of all targets and the run's repeats."""
+    archive: str | None = None
+    """The only archive whose elites to take; without it all."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+    json: bool = False
+    """Print JSON."""
+
+
+Command = (
+    Explore | Evolve | Resume | Info | Export | Verify | ReplayDump | Table | Project | Compare | Reevaluate
+)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Callable, Iterator
 from typing import Self
 
 from rich.console import Console, Group
 from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
@@ -42,6 +46,29 @@ class ProgressDisplay:
         if now - self._last_line >= PLAIN_INTERVAL or progress.n_evaluations >= progress.budget:
             self._last_line = now
             self._console.print(_line(progress), markup=False)
+
+
+@contextlib.contextmanager
+def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar from the first count on; yields what to call with how many of how many are done.
+
+    Where the output is no terminal there is a line now and then instead.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        tasks: list[TaskID] = []
+        last_line = time.monotonic()
+
+        def update(n: int, total: int) -> None:
+            nonlocal last_line
+            if not tasks:
+                tasks.append(bar.add_task(what, total=total))
+            bar.update(tasks[0], completed=n)
+            if not console.is_terminal and time.monotonic() - last_line >= PLAIN_INTERVAL:
+                last_line = time.monotonic()
+                console.print(f"{what}: {n} of {total}", markup=False)
+
+        yield update
 
 
 def rate_and_time_left(progress: Progress) -> tuple[float, float | None]:

@@ -100,6 +100,8 @@ class RunReader:
             with self.guard():
                 meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
                 self.config: RunConfig = from_json(meta.get("config"))
+                self.projection = None if "projection" not in meta else _strings(meta["projection"])
+                """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
                 self.created_at = str(meta.get("created_at", ""))
         except TensAtlasError:
@@ -172,6 +174,15 @@ class RunReader:
         )
         with self.guard():
             return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+
+    def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
+        """Return every change of an archive in order: generation, cell, its new evaluation or None."""
+        rows = self._query(
+            "SELECT generation, cell, evaluation FROM placements WHERE archive = ? ORDER BY generation",
+            (archive,),
+        )
+        with self.guard():
+            return [(int(g), parse_cell(str(c)), None if n is None else int(n)) for g, c, n in rows]
 
     def contents(self, archive: str, generation: int) -> dict[Cell, Evaluation]:
         """Return the elites of an archive at the end of a generation, by cell."""
@@ -248,6 +259,10 @@ class RunReader:
             raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
         return found
 
+    def lacks_trajectories(self) -> bool:
+        """Tell whether any evaluation is without its trajectory, as in a file made smaller."""
+        return bool(self._query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
+
     def all_evaluations(self) -> list[Evaluation]:
         """Return every saved evaluation in the order of their numbers."""
         with self.guard():
@@ -294,7 +309,8 @@ class RunReader:
         task, trials = get_task(self.config.task), self.config.trials
         if (
             e.distances.shape != (task.n_targets, trials.repeats)
-            or e.trajectory.shape[1] != math.floor(trials.trial_time + 1e-9)
+            # a file may have been rid of its trajectories to make it smaller
+            or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
             or e.solution.controller.n_inputs != task.n_inputs
             or e.solution.morphology.stiffness_mode != self.config.stiffness
         ):
@@ -401,5 +417,5 @@ def _finite(value: Any) -> float:
 
 def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
-        raise InvalidData("versions must be a table of names and versions")
+        raise InvalidData("expected a table of names and texts")
     return {str(k): str(v) for k, v in data.items()}

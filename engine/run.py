@@ -14,6 +14,7 @@ from typing import Any
 from engine.algorithms.base import Algorithm
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.algorithms.map_elites import MapElites
+from engine.algorithms.snapshot import Snapshot
 from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
@@ -167,6 +168,13 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
         # The reader comes first: it opens and closes the file once more to look at its header, and
         # closing any descriptor of a file drops the locks that this process holds on it.
         reader = stack.enter_context(RunReader(path))
+        if reader.projection is not None:
+            raise RunFileError(
+                f"{path} is a projection of {reader.projection.get('source', 'another run')};"
+                " resume that one and project it again"
+            )
+        if reader.lacks_trajectories():
+            raise RunFileError(f"{path} has robots without a trajectory and cannot be gone on with")
         with RunWriter.open(path) as writer:
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
@@ -254,7 +262,7 @@ def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Seque
             )
 
 
-def statistics(algorithm: Algorithm, initial_distance: float) -> dict[str, Any]:
+def statistics(algorithm: Snapshot, initial_distance: float) -> dict[str, Any]:
     """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
     return {
         name: {

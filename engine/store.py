@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Self
 
-from engine.algorithms.base import Algorithm
+from engine.algorithms.snapshot import Snapshot
 from engine.config import RunConfig, to_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
@@ -56,8 +56,20 @@ class RunWriter:
         self._placed: dict[tuple[str, str], int] = {}
 
     @classmethod
-    def create(cls, path: Path, config: RunConfig, versions: Mapping[str, str]) -> Self:
+    def create(
+        cls,
+        path: Path,
+        config: RunConfig,
+        versions: Mapping[str, str],
+        projection: Mapping[str, str] | None = None,
+    ) -> Self:
         """Start a new run file.
+
+        Args:
+            path: of the file.
+            config: of the run.
+            versions: of what decides its outcome.
+            projection: what its archives were projected from, for a run that was not evolved itself.
 
         Raises:
             RunFileError: the file exists, or cannot be written there.
@@ -88,6 +100,8 @@ class RunWriter:
                     "versions": dict(versions),
                     "created_at": _now(),
                 }
+                if projection is not None:
+                    meta["projection"] = dict(projection)
                 for key, value in meta.items():
                     db.execute("INSERT INTO meta VALUES (?, ?)", (key, json.dumps(value)))
                 db.execute("COMMIT")
@@ -148,7 +162,7 @@ class RunWriter:
                 [to_row(generation, e) for e in evaluations],
             )
 
-    def close_generation(self, algorithm: Algorithm, statistics: Any, seconds: float) -> None:
+    def close_generation(self, algorithm: Snapshot, statistics: Any, seconds: float) -> None:
         """Save what a generation left behind: the archives' changes, their statistics, the state.
 
         Args:

@@ -146,7 +146,7 @@ def resimulate(
         n_threads=n_threads,
         observer=recorder,
     )
-    samples = [_with_noise(solution, k) for k in range(1 + n_seeds)]
+    samples = [with_noise(solution, k) for k in range(1 + n_seeds)]
     found = {e.solution.number: e for group in evaluator.evaluate(samples) for e in group}
     first, *fresh = (found[s.number] for s in samples)
     return Samples(physics, first, tuple(fresh), recorder.motion())
@@ -181,6 +181,9 @@ def verify(
     return Verification(evaluation, own, changed)
 
 
-def _with_noise(solution: Solution, sample: int) -> Solution:
-    """Return a solution under the number that gives a sample's noise; 0 is the recorded noise."""
+def with_noise(solution: Solution, sample: int) -> Solution:
+    """Return a solution under the number that gives a sample's noise; 0 is the recorded noise.
+
+    The noise of the others is that of no evaluation of the run and of no other sample.
+    """
     return dataclasses.replace(solution, number=solution.number + sample * _FRESH)

@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
-from engine.morphology import Morphology
-from engine.tensegrity import N_STIFFNESS_LEVELS
+from engine.measures import body_axes, trajectory_axes
 
 TITLES: Final = {
     "stiffness": "relative stiffness",
     "softest": "softest module",
     "stiffest": "stiffest module",
 }
-
-
-def _levels(body: Morphology) -> tuple[int, ...]:
-    """Return the stiffness level of every module, or the one that they share."""
-    level: int | tuple[int, ...] = body.stiffness_level
-    return level if isinstance(level, tuple) else (level,)
-
-
-BODY: Final[Mapping[str, Callable[[Morphology], float]]] = {
-    "modules": lambda m: m.n_modules,
-    "stiffness": lambda m: m.stiffness,
-    "softest": lambda m: min(_levels(m)) / N_STIFFNESS_LEVELS,
-    "stiffest": lambda m: max(_levels(m)) / N_STIFFNESS_LEVELS,
-}
-"""How the body decides where it lies along an axis; the other axes need a trajectory."""
 
 
 def title(axis: Axis) -> str:
@@ -62,15 +46,9 @@ def family(axes: Sequence[Axis]) -> str | None:
     """Return which of the two maps of the method some axes belong to, if to one."""
     if is_body(axes):
         return "morphology"
-    return "controller" if all(a.name.startswith("PCA") for a in axes) else None
+    return "controller" if len(trajectory_axes(axes)) == len(axes) else None
 
 
 def is_body(axes: Sequence[Axis]) -> bool:
     """Tell whether the body alone decides the cell."""
-    return all(a.name in BODY for a in axes)
-
-
-def body_cell(axes: Sequence[Axis], body: Morphology) -> Cell | None:
-    """Return the cell of a body, None if it lies outside."""
-    cell = tuple(int((BODY[a.name](body) - a.lower) / (a.upper - a.lower) * a.n // 1) for a in axes)
-    return cell if all(0 <= i < a.n for i, a in zip(cell, axes, strict=True)) else None
+    return len(body_axes(axes)) == len(axes)

@@ -12,7 +12,10 @@ from typing import Final
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.measures import body_cell
 from engine.reader import RunReader
+from engine.robustness import load_robust_of, robust_path
+from engine.tasks import get_task
 from viz import axes as axis_text
 from viz.maps import Elite
 from viz.scale import Scale, count_scale, fitness_scale
@@ -67,7 +70,8 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
             return {}
         counts = dict.fromkeys(elites, 0.0)
         for body, n in bodies.items():
-            cell = axis_text.body_cell(axes, body)
+            with reader.guard():
+                cell = body_cell(axes, body)
             if cell in counts:
                 counts[cell] += n
         return counts
@@ -79,6 +83,17 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
     )
 
 
+def by_robust_fitness(reader: RunReader) -> Coloring:
+    """Return a colouring by the elites' mean f_s under noise that they were not selected with.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    robust = load_robust_of(reader)
+    found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
+    return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
+
+
 COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
     "fitness f_s": lambda *_: FITNESS,
     "age": lambda *_: AGE,
@@ -88,6 +103,8 @@ COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
 
 
 def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
-    """Return the colourings that a run has what it takes for."""
-    del reader  # what lies beside a run may add to them
-    return dict(COLORINGS)
+    """Return the colourings that a run has what it takes for: after ``reevaluate``, one by robust fitness."""
+    offered = dict(COLORINGS)
+    if robust_path(reader.path).exists():
+        offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+    return offered

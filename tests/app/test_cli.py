@@ -125,7 +125,7 @@ def test_info_is_readable(tensatlas: Command, small_run: Path) -> None:
 def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
-    for command in ("explore", "evolve", "resume", "info", "export", "verify"):
+    for command in ("explore", "evolve", "resume", "info", "export", "verify", "compare", "reevaluate"):
         assert command in out
 
 
@@ -189,7 +189,10 @@ BAD_RUNS = {
 }
 
 
-@pytest.mark.parametrize("command", ["info", "resume", "explore", "export", "verify"])
+@pytest.mark.parametrize(
+    "command",
+    ["info", "resume", "explore", "export", "verify", "table", "project", "compare", "reevaluate"],
+)
 @pytest.mark.parametrize("name", [*BAD_RUNS, "cut.tsmr", "foreign.tsmr", "newer.tsmr"])
 def test_bad_run_files_get_one_line(
     tensatlas: Command, tmp_path: Path, small_run: Path, command: str, name: str
@@ -210,7 +213,12 @@ def test_bad_run_files_get_one_line(
         db.close()
         reason = "newer TensAtlas" if name == "newer.tsmr" else "of another program"
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
-    extra = {"export": ["--cell", "0,0", "--out", "out"], "verify": ["--cell", "0,0"]}.get(command, [])
+    extra = {
+        "export": ["--cell", "0,0", "--out", "out"],
+        "verify": ["--cell", "0,0"],
+        "table": ["--out", "out.csv"],
+        "project": ["--out", "out.tsmr"],
+    }.get(command, [])
     status, out, err = tensatlas(command, name, *extra)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert err.startswith(f"tensatlas: {name}")

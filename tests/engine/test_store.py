@@ -475,7 +475,6 @@ GARBAGE = [
     ("distances", "[[0.1,0.2],[0.1,0.2],[0.1,0.2],[0.1]]"),
     ("distances", '[["a","b"],["a","b"],["a","b"],["a","b"]]'),
     ("distances", "[[1" + "0" * 400 + ",0.2],[0.1,0.2],[0.1,0.2],[0.1,0.2]]"),
-    ("trajectory", b""),
     ("trajectory", b"123"),
     ("trajectory", bytes(4 * 2 * 4 * 39)),
     ("trajectory", "text"),
@@ -484,6 +483,12 @@ GARBAGE = [
     ("fitness", float("inf")),
     ("fitness", b"\x00"),
 ]
+
+
+def test_an_evaluation_may_lack_its_trajectory_but_not_a_part_of_it(damaged):
+    change(damaged, "UPDATE evaluations SET trajectory = x'' WHERE number = 1")
+    with RunReader(damaged) as reader:
+        assert reader.evaluation(1).trajectory.shape == (4, 0, 2)
 
 
 @pytest.mark.parametrize(("column", "value"), GARBAGE, ids=lambda v: str(v)[:50])

@@ -1,0 +1,133 @@
+"""Evaluating a run's elites again under fresh noise, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from engine.elite_map import load_map
+from engine.errors import InvalidData, RunFileError
+from engine.evaluation import Solution
+from engine.reader import Generation, RunReader
+from engine.robustness import (
+    MAX_REPEATS,
+    MapRobustness,
+    Robustness,
+    load_robust_of,
+    map_robustness,
+    robust_path,
+    save_robust,
+)
+from engine.run import create_evaluator, versions
+from engine.tasks import get_task, task_version
+from engine.verify import with_noise
+
+_SAVE_INTERVAL: Final = 5.0
+"""Seconds of work that being killed costs at most, besides the group under way."""
+_DECISIVE: Final = ("mujoco", "numpy", "tensatlas", "machine", "physics")
+"""Versions under which results are made; those of different ones are not mixed. A task's file is one more."""
+
+Observer = Callable[[int, int], None]
+"""Told how many evaluations of how many are done."""
+
+
+def reevaluate(
+    run: Path,
+    *,
+    repeats: int,
+    archive: str | None = None,
+    n_threads: int = 1,
+    observer: Observer | None = None,
+) -> tuple[Robustness, list[MapRobustness]]:
+    """Evaluate a run's elites again under fresh noise, and keep the results beside the run.
+
+    What the file beside the run already has is not simulated again. The results are saved as they
+    come, so that an interrupted call is gone on with by the next one, to the same file.
+
+    Args:
+        run: run file.
+        repeats: evaluations of each elite, all targets and the run's repeats each.
+        archive: the only archive whose elites to take; None for all.
+        n_threads: threads inside MuJoCo; the result does not depend on it.
+        observer: told about progress.
+
+    Returns:
+        Everything that is known now, and the figures of each archive asked for.
+
+    Raises:
+        InvalidData: the number of repeats is out of range, or results from before are of another run or
+            of other versions.
+        RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
+    """
+    if not 1 <= repeats <= MAX_REPEATS:
+        raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
+    with RunReader(run) as reader:
+        last = _last_generation(reader, archive)
+        maps = {n: load_map(reader, n, last) for n in ([archive] if archive else sorted(last.archives))}
+        elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}
+        path = robust_path(run)
+        before = load_robust_of(reader)
+        _check_versions(before, path, reader.config.task)
+        recorded = dict(before.recorded if before else {}) | elites
+        samples = {n: dict(k) for n, k in (before.samples if before else {}).items()}
+        missing = [
+            (n, k) for n in sorted(elites) for k in range(1, repeats + 1) if k not in samples.get(n, {})
+        ]
+        known = reader.evaluations({n for n, _ in missing})
+        jobs: dict[int, tuple[int, int]] = {}
+        solutions = []
+        for n, k in missing:
+            solution: Solution = with_noise(known[n].solution, k)
+            jobs[solution.number] = (n, k)
+            solutions.append(solution)
+
+        def result() -> Robustness:
+            return Robustness(
+                reader.created_at,
+                _decisive(reader.config.task),
+                dict(sorted(recorded.items())),
+                {n: dict(sorted(samples.get(n, {}).items())) for n in sorted(recorded)},
+            )
+
+        saved_at, n_done = time.monotonic(), 0
+        try:
+            for group in create_evaluator(reader.config, n_threads).evaluate(solutions):
+                for e in group:
+                    n, k = jobs[e.solution.number]
+                    samples.setdefault(n, {})[k] = e.fitness
+                n_done += len(group)
+                if time.monotonic() - saved_at > _SAVE_INTERVAL:
+                    save_robust(result(), path)
+                    saved_at = time.monotonic()
+                if observer:
+                    observer(n_done, len(solutions))
+        finally:
+            if n_done:
+                save_robust(result(), path)
+        robust = result()
+        distance = get_task(reader.config.task).target_distance
+        return robust, [map_robustness(name, m, robust, distance) for name, m in maps.items()]
+
+
+def _last_generation(reader: RunReader, archive: str | None) -> Generation:
+    generations = reader.generations()
+    if not generations:
+        raise RunFileError(f"{reader.path} has no finished generation yet")
+    if archive is not None and archive not in generations[-1].archives:
+        names = ", ".join(sorted(generations[-1].archives))
+        raise RunFileError(f"{reader.path} has no {archive} archive, but {names}")
+    return generations[-1]
+
+
+def _decisive(task: str) -> dict[str, str]:
+    now = versions(task)
+    return {name: now[name] for name in _DECISIVE} | task_version(task)
+
+
+def _check_versions(before: Robustness | None, path: Path, task: str) -> None:
+    for name, now in _decisive(task).items() if before else ():
+        then = before.versions.get(name) if before else None
+        if then != now:
+            raise InvalidData(f"{path} was made with {name} {then}, this is {now}; delete it to begin anew")
