@@ -15,7 +15,6 @@ from engine.evaluation import TrialConfig
 from engine.morphology import StiffnessMode
 from engine.robot import Physics
 from engine.tasks import get_task
-from engine.timestep import check_timestep
 
 AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
@@ -64,7 +63,6 @@ class RunConfig:
         check_cell_capacity(self.cell_capacity)
         if self.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
-        check_timestep(self.physics)
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
             updates = getattr(self.trials, name) / period

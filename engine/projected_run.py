@@ -14,7 +14,7 @@ from engine.errors import RunFileError
 from engine.evaluation import Evaluation
 from engine.measures import body_axes, trajectory_axes
 from engine.reader import Generation, RunReader
-from engine.run import create_evaluator, statistics
+from engine.run import check_physics, create_evaluator, statistics
 from engine.store import RunWriter
 from engine.tasks import get_task
 
@@ -173,6 +173,8 @@ def resimulate_missing(
     """
     missing = [e.solution for _, e in sorted(elites.items()) if not e.trajectory.size]
     found: dict[int, Evaluation] = {}
+    if missing:
+        check_physics(reader.config)
     for group in create_evaluator(reader.config, n_threads).evaluate(missing):
         for e in group:
             if e.fitness is None:

@@ -20,7 +20,7 @@ from engine.robustness import (
     robust_path,
     save_robust,
 )
-from engine.run import create_evaluator, versions
+from engine.run import check_physics, create_evaluator, versions
 from engine.tasks import get_task, task_version
 from engine.verify import with_noise
 
@@ -64,6 +64,7 @@ def reevaluate(
     if not 1 <= repeats <= MAX_REPEATS:
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
     with RunReader(run) as reader:
+        check_physics(reader.config)
         last = _last_generation(reader, archive)
         maps = {n: load_map(reader, n, last) for n in ([archive] if archive else sorted(last.archives))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}

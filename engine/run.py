@@ -27,6 +27,7 @@ from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
 from engine.tasks import get_task, task_version
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.timestep import check_timestep
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -123,17 +124,18 @@ def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Obser
     Raises:
         RunFileError: the file exists or cannot be written.
     """
-    _check_physics(config)
+    check_physics(config)
     with RunWriter.create(path, config, versions(config.task)) as writer:
         _work(writer, config, create_algorithm(config), 0.0, n_threads, observer)
 
 
-def _check_physics(config: RunConfig) -> None:
-    """Compile a robot before a file is made for it.
+def check_physics(config: RunConfig) -> None:
+    """Make sure that robots can be simulated, before a file is made for them or work goes on.
 
     Raises:
-        InvalidData: MuJoCo refuses this configuration.
+        InvalidData: the time step is too large, or MuJoCo refuses this configuration.
     """
+    check_timestep(config.physics)
     body = Morphology(stiffness_level=N_STIFFNESS_LEVELS, faces=(1,) * MIN_MODULES)
     try:
         build_robot(body, config.physics)
@@ -173,6 +175,8 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
                 f"{path} is a projection of {reader.projection.get('source', 'another run')};"
                 " resume that one and project it again"
             )
+        if reader.n_evaluations() < reader.config.evaluations:
+            check_physics(reader.config)
         if reader.lacks_trajectories():
             raise RunFileError(f"{path} has robots without a trajectory and cannot be gone on with")
         with RunWriter.open(path) as writer:

@@ -18,7 +18,7 @@ from engine.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.motion import Motion, MotionRecorder
 from engine.robot import Physics, build_robot
 from engine.tasks import get_task
-from engine.timestep import with_inertia
+from engine.timestep import check_timestep, with_inertia
 
 MAX_SEEDS: Final = 100
 SMALLEST_FACTOR: Final = 0.01
@@ -135,7 +135,7 @@ def resimulate(
     """
     if not 1 <= n_seeds <= MAX_SEEDS:
         raise InvalidData(f"seeds must be from 1 to {MAX_SEEDS}, not {n_seeds}")
-    config = dataclasses.replace(config, physics=physics)  # which checks the time step
+    check_timestep(physics)
     task, solution = get_task(config.task), evaluation.solution
     recorder = MotionRecorder(build_robot(solution.morphology, physics), physics)
     evaluator = LocalEvaluator(

@@ -6,6 +6,7 @@ import pytest
 from made_up import MADE_UP, evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
+from engine.algorithms.vie_neat import VieNeatConfig
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.comparison_tables import csv_files
 from engine.errors import InvalidData, RunFileError
@@ -34,7 +35,9 @@ def notes(*places, **options):
 def result(path, algorithm, **changes):
     """Return a run's result as if another algorithm had made it."""
     r = load_result(path)
-    return dataclasses.replace(r, config=dataclasses.replace(r.config, algorithm=algorithm), **changes)
+    few = VieNeatConfig(morphologies=8, mutants=8, controllers=10, elitism=1)
+    config = dataclasses.replace(r.config, algorithm=algorithm, vie_neat=few)
+    return dataclasses.replace(r, config=config, **changes)
 
 
 def test_figures_of_a_run_by_hand(tmp_path):

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.algorithms.base import Axis
-from engine.errors import RunFileError
+from engine.errors import InvalidData, RunFileError
+from engine.measures import body_cell
 from engine.morphology import Morphology
 from engine.reader import RunReader
 from viz import axes
@@ -167,8 +168,7 @@ def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None
 
 @given(st.integers(2, 10), st.integers(1, 10))
 def test_a_body_lies_in_the_cell_that_is_labelled_with_it(n_modules: int, level: int) -> None:
-    cell = axes.body_cell(BODY, Morphology(level, (1,) * n_modules))
-    assert cell is not None
+    cell = body_cell(BODY, Morphology(level, (1,) * n_modules))
     assert axes.labels(BODY[0])[cell[0]] == str(n_modules)
     assert axes.labels(BODY[1])[cell[1]] == f"{level / 10:.1f}"
 
@@ -178,4 +178,5 @@ def test_cells_are_named_by_what_they_stand_for() -> None:
     assert axes.describe(PCA, (4, 0)) == "PCA 1 0.0, PCA 2 -4.5"
     assert axes.is_body(PER_MODULE)
     assert not axes.is_body(GRID.axes)
-    assert axes.body_cell((Axis("modules", 1.5, 3.5, 2),), Morphology(1, (1,) * 9)) is None
+    with pytest.raises(InvalidData, match="outside"):
+        body_cell((Axis("modules", 1.5, 3.5, 2),), Morphology(1, (1,) * 9))

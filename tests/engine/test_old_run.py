@@ -10,12 +10,13 @@ from made_up import held
 import engine.run
 from engine.reader import RunReader
 
-SHIPPED = Path(__file__).parents[2] / "saved_archives" / "goal-reaching-dm-me.tsmr"
+OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
+"""600 evaluations of an earlier version, whose time step the present body would not survive."""
 
 
 @pytest.fixture
 def reader():
-    with RunReader(SHIPPED) as r:
+    with RunReader(OLD) as r:
         yield r
 
 
@@ -45,7 +46,7 @@ def test_it_says_nothing_of_newer_options_and_has_their_defaults(reader):
 
 
 def test_resuming_a_finished_one_changes_nothing(tmp_path):
-    path = shutil.copy(SHIPPED, tmp_path / "old.tsmr")
+    path = shutil.copy(OLD, tmp_path / "old.tsmr")
     with RunReader(path) as before:
         hash_before = before.canonical_hash()
     engine.run.resume(Path(path))
