@@ -22,6 +22,7 @@ from engine.robustness import (
 )
 from engine.run import create_evaluator, versions
 from engine.tasks import get_task, task_version
+from engine.timestep import check_timestep
 from engine.verify import with_noise
 
 _SAVE_INTERVAL: Final = 5.0
@@ -57,13 +58,14 @@ def reevaluate(
         Everything that is known now, and the figures of each archive asked for.
 
     Raises:
-        InvalidData: the number of repeats is out of range, or results from before are of another run or
-            of other versions.
+        InvalidData: the number of repeats is out of range, results from before are of another run or of
+            other versions, or today's robots do not survive the run's physics.
         RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
     """
     if not 1 <= repeats <= MAX_REPEATS:
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
     with RunReader(run) as reader:
+        check_timestep(reader.config.physics)
         last = _last_generation(reader, archive)
         maps = {n: load_map(reader, n, last) for n in ([archive] if archive else sorted(last.archives))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}

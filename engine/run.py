@@ -27,6 +27,7 @@ from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
 from engine.tasks import get_task, task_version
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.timestep import check_timestep
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -122,6 +123,7 @@ def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Obser
 
     Raises:
         RunFileError: the file exists or cannot be written.
+        InvalidData: robots do not survive the physics.
     """
     _check_physics(config)
     with RunWriter.create(path, config, versions(config.task)) as writer:
@@ -132,8 +134,9 @@ def _check_physics(config: RunConfig) -> None:
     """Compile a robot before a file is made for it.
 
     Raises:
-        InvalidData: MuJoCo refuses this configuration.
+        InvalidData: MuJoCo refuses this configuration, or robots do not survive its time step.
     """
+    check_timestep(config.physics)
     body = Morphology(stiffness_level=N_STIFFNESS_LEVELS, faces=(1,) * MIN_MODULES)
     try:
         build_robot(body, config.physics)
@@ -163,6 +166,7 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
 
     Raises:
         RunFileError: the file is no run file, is damaged, or another process is writing it.
+        InvalidData: it is not finished, and today's robots do not survive its physics.
     """
     with contextlib.ExitStack() as stack:
         # The reader comes first: it opens and closes the file once more to look at its header, and
@@ -175,6 +179,8 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
             )
         if reader.lacks_trajectories():
             raise RunFileError(f"{path} has robots without a trajectory and cannot be gone on with")
+        if reader.n_evaluations() < reader.config.evaluations:
+            check_timestep(reader.config.physics)
         with RunWriter.open(path) as writer:
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)

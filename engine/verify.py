@@ -18,7 +18,7 @@ from engine.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.motion import Motion, MotionRecorder
 from engine.robot import Physics, build_robot
 from engine.tasks import get_task
-from engine.timestep import with_inertia
+from engine.timestep import check_timestep, with_inertia
 
 MAX_SEEDS: Final = 100
 SMALLEST_FACTOR: Final = 0.01
@@ -172,8 +172,9 @@ def verify(
     Raises:
         InvalidData: the number of seeds or the physics' time step is out of range.
     """
-    if physics is not None:
-        dataclasses.replace(config, physics=physics)  # bad values are refused before time is spent
+    for simulated in (config.physics, physics):
+        if simulated is not None:
+            check_timestep(simulated)  # bad values are refused before time is spent
     own = resimulate(config, evaluation, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
     changed = None
     if physics is not None:

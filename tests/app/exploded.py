@@ -19,7 +19,7 @@ EXPLOSIVE = Physics(timestep=0.004)
 def evolve(path: Path) -> list[Path]:
     """Evolve four robots; return the dumps of those that failed."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("engine.config.check_timestep", lambda _physics: None)
+        patch.setattr("engine.run.check_timestep", lambda _physics: None)
         config = dataclasses.replace(
             preset("smoke"),
             evaluations=4,

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
-import engine.config
 import engine.dump
 import engine.run
 from engine.dump import Dump, DumpFolder, read_dump, write_dump
@@ -29,18 +28,11 @@ EXPLOSIVE = Physics(timestep=0.004)
 """A time step that the cables' damping does not bear: stiff robots fly apart first."""
 
 
-def unchecked(patch):
-    """Let configurations have a time step that they refuse."""
-    patch.setattr(engine.config, "check_timestep", lambda _physics: None)
-
-
-with pytest.MonkeyPatch.context() as patch:
-    unchecked(patch)
-    CONFIG = dataclasses.replace(
-        TINY,
-        physics=EXPLOSIVE,
-        trials=TrialConfig(repeats=2, settle_time=1.0, open_loop_time=1.0, trial_time=1.0),
-    )
+CONFIG = dataclasses.replace(
+    TINY,
+    physics=EXPLOSIVE,
+    trials=TrialConfig(repeats=2, settle_time=1.0, open_loop_time=1.0, trial_time=1.0),
+)
 BODIES = [Morphology(10, (1, 2, 3, 4, 5)), Morphology(10, (1, 1)), Morphology(3, (2, 3, 2, 7))]
 
 
@@ -66,7 +58,8 @@ def evaluate(keep=None, n_threads=1, of=None):
 
 @pytest.fixture(autouse=True)
 def any_time_step(monkeypatch):
-    unchecked(monkeypatch)
+    """Let runs have a time step that they refuse."""
+    monkeypatch.setattr(engine.run, "check_timestep", lambda _physics: None)
 
 
 @pytest.fixture(scope="module")
