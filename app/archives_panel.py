@@ -126,7 +126,7 @@ class ArchivesPanel:
             self._clear()
             self._maps[0].content = (
                 '<div style="padding:24px 10px;opacity:.8">The maps appear when the first generation,'
-                f" {config.initial} random robots, has been evaluated.</div>"
+                " all of random robots, has been evaluated.</div>"
             )
 
     def show_changes(self, changes: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from engine.errors import RunFileError
+from engine.errors import RunFileError, TensAtlasError
 from engine.reader import RunReader
 from engine.store import SUFFIX
 from viz.run_list import RunFacts
@@ -75,6 +75,7 @@ class Library:
 
         Raises:
             RunFileError: it cannot be opened.
+            TaskError: its task may be in a file of the user's that has an error.
         """
         with self._mutex:
             try:
@@ -93,7 +94,7 @@ class Library:
         """Return how far a run is.
 
         Raises:
-            RunFileError: it cannot be read.
+            RunFileError, TaskError: it cannot be read.
         """
         reader = self.reader(path)
         return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
@@ -103,7 +104,7 @@ class Library:
         try:
             reader = self.reader(path)
             last, live = reader.last_closed(), reader.is_live
-        except RunFileError as e:
+        except TensAtlasError as e:
             return RunFacts(problem=str(e))
         best = [f.best for f in last.archives.values() if f.best is not None] if last else []
         n, budget = last.n_evaluations if last else 0, reader.config.evaluations
@@ -133,7 +134,7 @@ class Library:
             for key, (path, listener, before) in watched.items():
                 try:
                     status = statuses.get(path) or self.status(path)
-                except RunFileError:
+                except TensAtlasError:
                     continue  # shown again as soon as it can be read again
                 statuses[path] = status
                 if status == before:

@@ -23,6 +23,9 @@ AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 class RunConfig:
     """What to evolve, with which algorithm, how long. Equal configurations give equal archives.
 
+    Whether robots survive the physics is not checked here but where they are simulated: older run files
+    have time steps that today's bodies do not bear, and can still be looked at.
+
     Raises:
         InvalidData: numbers that contradict each other.
     """
@@ -131,12 +134,17 @@ def physics_from_json(data: Any) -> Physics:
     return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
+_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"rod_inertia": 1.0}}
+"""Values of fields that are newer than a file, where they are not today's defaults."""
+
+
 def _read(kind: Any, value: Any, where: str) -> Any:
     if dataclasses.is_dataclass(kind):
         hints = typing.get_type_hints(kind)
         if not isinstance(value, dict) or not set(value) <= set(hints):
             raise InvalidData(f"{where}: expected a table of {', '.join(hints)}")
-        # a field that is newer than the file has the default that leaves the run as it was
+        # a field that is newer than the file has the value that leaves the run as it was
+        value = _BEFORE.get(typing.cast(type, kind), {}) | value
         fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items()}
         return typing.cast(type, kind)(**fields)
     origin = typing.get_origin(kind)

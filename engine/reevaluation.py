@@ -57,8 +57,8 @@ def reevaluate(
         Everything that is known now, and the figures of each archive asked for.
 
     Raises:
-        InvalidData: the number of repeats is out of range, or results from before are of another run or
-            of other versions.
+        InvalidData: the number of repeats is out of range, results from before are of another run or of
+            other versions, or today's robots do not survive the run's physics.
         RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
     """
     if not 1 <= repeats <= MAX_REPEATS:

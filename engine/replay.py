@@ -14,6 +14,7 @@ from engine.evaluation import Evaluation, noise_seed
 from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
+from engine.timestep import check_timestep
 from engine.walls import Wall
 
 UPDATES_PER_FRAME: Final = 2
@@ -140,7 +141,7 @@ class Replay:
         target, repeat: which of its trials.
 
     Raises:
-        InvalidData: there is no such target or repeat.
+        InvalidData: there is no such target or repeat, or today's robots do not survive the run's physics.
     """
 
     def __init__(
@@ -151,6 +152,7 @@ class Replay:
             raise InvalidData(f"target must be from 0 to {task.n_targets - 1}, not {target}")
         if not 0 <= repeat < config.trials.repeats:
             raise InvalidData(f"repeat must be from 0 to {config.trials.repeats - 1}, not {repeat}")
+        check_timestep(config.physics)
         self.config = config
         self.evaluation = evaluation
         self.target_index = target

@@ -2,7 +2,7 @@
 
 An elite is in its cell because it did better than its rivals under the noise that it happened to have.
 Its mean under noise that the run never used is what it can be expected to do again; the sum of those
-means over a map is the corrected QD score (as in Flageolat and Cully, "Uncertain Quality-Diversity",
+means over a map is the corrected QD score (as in Flageat and Cully, "Uncertain Quality-Diversity",
 IEEE Transactions on Evolutionary Computation 2023). Elites stay in their cells.
 """
 

@@ -123,6 +123,7 @@ def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Obser
 
     Raises:
         RunFileError: the file exists or cannot be written.
+        InvalidData: robots do not survive the physics.
     """
     check_physics(config)
     with RunWriter.create(path, config, versions(config.task)) as writer:
@@ -165,6 +166,7 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
 
     Raises:
         RunFileError: the file is no run file, is damaged, or another process is writing it.
+        InvalidData: it is not finished, and today's robots do not survive its physics.
     """
     with contextlib.ExitStack() as stack:
         # The reader comes first: it opens and closes the file once more to look at its header, and

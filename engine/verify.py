@@ -172,8 +172,9 @@ def verify(
     Raises:
         InvalidData: the number of seeds or the physics' time step is out of range.
     """
-    if physics is not None:
-        dataclasses.replace(config, physics=physics)  # bad values are refused before time is spent
+    for simulated in (config.physics, physics):
+        if simulated is not None:
+            check_timestep(simulated)  # bad values are refused before time is spent
     own = resimulate(config, evaluation, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
     changed = None
     if physics is not None:

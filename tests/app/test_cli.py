@@ -237,6 +237,7 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --seed -1", "seed"),
         ("evolve x.tsmr --workers 0", "workers"),
         ("evolve x.tsmr --physics.timestep 0.003", "whole number of time steps"),
+        ("evolve x.tsmr --physics.timestep 0.005", "robots would fly apart"),
         ("evolve x.tsmr --trials.trial-time nan", "trial_time"),
         ("evolve x.txt", "ends in .tsmr"),
         ("evolve file/x.tsmr", "not a folder"),

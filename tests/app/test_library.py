@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,6 +34,18 @@ def test_runs_appear_by_themselves(library: Library, tmp_path: Path, small_run: 
     assert library.runs() == [tmp_path / "shown" / "a.tsmr", tmp_path / "runs" / "a.tsmr"]
     assert label_paths(library.runs()) == dict(zip(("shown/a", "runs/a"), library.runs(), strict=True))
     assert list(label_paths(library.runs()[:1])) == ["a"]
+
+
+def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
+    library: Library, tmp_path: Path, small_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = Path(shutil.copy(small_run, tmp_path / "a.tsmr"))
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
+        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
+    broken = tmp_path / "broken.py"
+    broken.write_text("TASK = (")
+    monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
+    assert "broken.py, line 1" in library.facts(path).problem
 
 
 def test_a_replaced_file_is_read_anew(library: Library, tmp_path: Path, small_run: Path) -> None:

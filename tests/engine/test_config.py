@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from made_up import examples
 
 from engine.algorithms.vie_neat import VieNeatConfig
-from engine.config import PRESETS, RunConfig, from_json, preset, to_json
+from engine.config import PRESETS, RunConfig, from_json, physics_from_json, preset, to_json
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
 from engine.robot import Physics
@@ -101,8 +101,14 @@ def test_an_unknown_preset_is_refused_with_the_choices():
 
 def test_what_a_file_leaves_out_has_its_default():
     assert from_json({}) == RunConfig()
-    c = from_json({"seed": 3, "physics": {"friction": 0.7}})
-    assert c == RunConfig(seed=3, physics=Physics(friction=0.7))
+    c = from_json({"seed": 3, "trials": {"repeats": 3}})
+    assert c == RunConfig(seed=3, trials=TrialConfig(repeats=3))
+
+
+def test_a_file_from_before_rods_were_heavier_has_rods_as_they_were():
+    old = {"timestep": 0.005, "control_period": 0.02, "inertia_scale": 10.0, "friction": 0.5}
+    expected = Physics(**old, rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
+    assert from_json({"physics": old}).physics == physics_from_json(old) == expected
 
 
 def test_whole_numbers_are_read_where_fractions_are_expected():

@@ -13,12 +13,16 @@ from hypothesis import strategies as st
 from made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies
 
 import engine.run
+from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Solution
 from engine.reader import RunReader
 from engine.records import cell_name, from_row, parse_cell, to_row
+from engine.reevaluation import reevaluate
+from engine.replay import Replay
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.store import RunWriter, is_being_written, lock_path
+from engine.verify import verify
 
 # adding zero makes 0.0 of -0.0, as the fitness function does: SQLite keeps no sign of a zero
 finite = st.floats(allow_nan=False, allow_infinity=False).map(lambda x: x + 0.0)
@@ -627,3 +631,34 @@ def test_infinite_fitness(damaged):
     change(damaged, "UPDATE evaluations SET fitness = 9e999 WHERE failure IS NULL")
     with RunReader(damaged) as reader, pytest.raises(RunFileError, match="is damaged"):
         reader.summaries(set(range(5)))
+
+
+OLD_PHYSICS = {"timestep": 0.005, "control_period": 0.02, "inertia_scale": 10.0, "friction": 0.5}
+"""Of run files from before the body's time step was halved."""
+
+
+def test_a_run_of_an_older_body_can_be_looked_at_but_not_simulated(tmp_path):
+    path = tmp_path / "old.tsmr"
+    write_run(path, until=2)
+    config = to_json(MADE_UP) | {"physics": OLD_PHYSICS}
+    change(path, "UPDATE meta SET value = ? WHERE key = 'config'", json.dumps(config))
+    read_everything(path)
+    with RunReader(path) as reader:
+        assert reader.config.physics.timestep == 0.005
+        elite = next(iter(reader.contents("morphology", 1).values()))
+        with pytest.raises(InvalidData, match="robots would fly apart"):
+            Replay(reader.config, elite)
+        with pytest.raises(InvalidData, match="robots would fly apart"):
+            verify(reader.config, elite, n_seeds=1)
+    for simulate in (engine.run.resume, lambda p: reevaluate(p, repeats=1)):
+        with pytest.raises(InvalidData, match="robots would fly apart"):
+            simulate(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["old.tsmr"]
+
+
+def test_a_finished_run_of_an_older_body_is_resumed_to_no_effect(tmp_path):
+    path = tmp_path / "old.tsmr"
+    write_run(path)
+    config = to_json(MADE_UP) | {"physics": OLD_PHYSICS}
+    change(path, "UPDATE meta SET value = ? WHERE key = 'config'", json.dumps(config))
+    engine.run.resume(path)
