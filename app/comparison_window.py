@@ -7,6 +7,7 @@ windows are made as wide as the figures here, and get a bar that stays in sight.
 from __future__ import annotations
 
 import html
+import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -26,7 +27,7 @@ max-height:94dvh!important;border-radius:10px}}
 .mantine-Modal-content:has(.{_BAR}) .mantine-Modal-header{{display:none}}
 .mantine-Modal-content:has(.{_BAR}) .mantine-Modal-body{{padding:0 {_PADDING}px 18px}}
 div:has(>.{_BAR}){{position:sticky;top:0;z-index:1100}}
-div:has(>div>.{_BAR}){{padding-top:0}}
+div:has(>div>.{_BAR}){{padding-top:0!important}}
 .{_BAR}{{display:flex;flex-wrap:wrap;gap:6px 16px;align-items:center;margin:0 -{_PADDING}px;
 padding:12px {_PADDING}px;background:var(--mantine-color-body);border-bottom:1px solid #ffffff1f}}
 .{_BAR} b{{font-size:16px}}
@@ -62,6 +63,7 @@ class ComparisonWindow:
         self._gui = client.gui
         self._download = download
         self._modal: GuiModalHandle | None = None
+        self._mutex = threading.Lock()
 
     def show(self, title: str, sections: Sequence[ReportSection]) -> None:
         """Open the window, in place of one that is open.
@@ -72,8 +74,8 @@ class ComparisonWindow:
         """
         self.close()
         gui = self._gui
-        self._modal = gui.add_modal(title)
-        with self._modal:
+        modal = self._modal = gui.add_modal(title)
+        with modal:
             handler = ClickChannel(gui, self._clicked, label="comparison").handler
             gui.add_html(_bar(title, sections, handler))
             for k, section in enumerate(sections):
@@ -86,7 +88,8 @@ class ComparisonWindow:
 
     def close(self) -> None:
         """Close the window if it is open."""
-        modal, self._modal = self._modal, None
+        with self._mutex:
+            modal, self._modal = self._modal, None
         if modal is not None:
             modal.close()
 

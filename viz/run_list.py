@@ -17,7 +17,7 @@ _STYLE: Final = (
     '.ta-runs button[aria-selected="true"]{background:rgba(54,179,160,.16)}'
     ".ta-runs .n{display:flex;justify-content:space-between;gap:10px;font-size:13px}"
     ".ta-runs .n b{overflow:hidden;text-overflow:ellipsis;white-space:nowrap}"
-    ".ta-runs .d{font-size:11.5px;opacity:.8}"
+    ".ta-runs .d{display:block;font-size:11.5px;line-height:1.6;opacity:.8}"
     ".ta-runs button[disabled]{cursor:default}"
     ".ta-runs button[role=checkbox]{position:relative;padding-left:32px}"
     ".ta-runs button[role=checkbox]::before{content:'';position:absolute;left:9px;top:8px;width:13px;"
