@@ -48,7 +48,8 @@ class ArchivesPanel:
 
     def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: Events) -> None:
         gui = client.gui
-        panel = gui.add_panel()
+        panel = self.panel = gui.add_panel()
+        """Where tabs of other things may lie beside this one."""
         with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
             self._picker = RunPicker(gui, facts, events.run_chosen)
             self._status = gui.add_html("")

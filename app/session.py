@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import logging
 import os
-import threading
-from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec
 
 import viser
 
 from app import archives_panel, evolution, robot_panel, transport
+from app.actions import Actions
 from app.arena import Arena
+from app.compare_panel import ComparePanel
 from app.library import Library, RunStatus
 from app.map_board import MapBoard
 from app.player import Player
@@ -28,10 +25,6 @@ from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
-
-log = logging.getLogger(__name__)
-
-P = ParamSpec("P")
 
 
 @dataclasses.dataclass(slots=True)
@@ -58,14 +51,15 @@ class Session:
     def __init__(self, client: viser.ClientHandle, library: Library) -> None:
         self._client = client
         self._library = library
-        self._mutex = threading.RLock()
+        self._actions = Actions(client)
+        self._mutex, self._guarded = self._actions.mutex, self._actions.guarded
+        self._notify = self._actions.notify
         self._path: Path | None = None
         self._generations: list[Generation] = []
         self._follow_newest = True
         self._selection: Selection | None = None
         self._shown_reader: RunReader | None = None
         self._wanted_generation = 0
-        self._closed = False
         self._arena = Arena(client)
         self._player = Player(self._show_frame, self._player_stopped)
         self._archives = archives_panel.ArchivesPanel(
@@ -80,6 +74,7 @@ class Session:
             ),
         )
         self._board = MapBoard(self._archives)
+        self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
         self._robot = robot_panel.RobotPanel(
             client,
             robot_panel.Events(
@@ -100,7 +95,7 @@ class Session:
     def close(self) -> None:
         """End the threads of a browser that has gone."""
         with self._mutex:
-            self._closed = True
+            self._actions.closed = True
             self._library.unwatch(self)
             self._player.close()
 
@@ -121,7 +116,7 @@ class Session:
         self._transport.set_trials(task.target_names, reader.config.trials.repeats)
         if change := reader.task_change:
             self._notify("Another task", f"Note: {change}. Replays may differ from what was evaluated.")
-        self._archives.offer(self._library.runs(), path)
+        self._offer(path)
         self._archives.show_changes(changed_versions(path))
         status = self._library.status(path)
         self._update(reader, status)
@@ -209,7 +204,7 @@ class Session:
 
     def _open_first(self) -> None:
         paths = self._library.runs()
-        self._archives.offer(paths, None)
+        self._offer(None)
         problems = []
         for path in paths:
             try:
@@ -225,6 +220,11 @@ class Session:
         for problem in problems:
             self._notify("A run cannot be shown", problem)
 
+    def _offer(self, shown: Path | None) -> None:
+        paths = self._library.runs()
+        self._archives.offer(paths, shown)
+        self._compare.offer(paths, shown)
+
     def _run_moved(self, path: Path, status: RunStatus) -> None:
         def update() -> None:
             if path != self._path:
@@ -233,7 +233,7 @@ class Session:
             if reader is not self._shown_reader:  # another file has taken its place
                 self.open_run(path)
                 return
-            self._archives.offer(self._library.runs(), path)
+            self._offer(path)
             self._update(reader, status)
 
         self._guarded(update)()
@@ -279,28 +279,3 @@ class Session:
 
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow
-
-    def _notify(self, title: str, body: str) -> None:
-        self._client.add_notification(title, body, auto_close_seconds=6.0)
-
-    def _guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
-        """Return an action that reports what goes wrong as a notice.
-
-        Args:
-            action: what to do.
-            alone: whether it excludes the session's other actions; one that takes long must not.
-        """
-
-        def run(*args: P.args, **kwargs: P.kwargs) -> None:
-            with self._mutex if alone else contextlib.nullcontext():
-                if self._closed:
-                    return
-                try:
-                    action(*args, **kwargs)
-                except TensAtlasError as e:
-                    self._notify("That did not work", str(e))
-                except Exception:  # a fault of ours: say so, keep the app going
-                    log.exception("an action failed")
-                    self._notify("Something went wrong", "The terminal that runs TensAtlas has the details.")
-
-        return run

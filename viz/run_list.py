@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import html
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final, Literal
 
 State = Literal["live", "finished", "stopped"]
@@ -17,7 +17,14 @@ _STYLE: Final = (
     '.ta-runs button[aria-selected="true"]{background:rgba(54,179,160,.16)}'
     ".ta-runs .n{display:flex;justify-content:space-between;gap:10px;font-size:13px}"
     ".ta-runs .n b{overflow:hidden;text-overflow:ellipsis;white-space:nowrap}"
-    ".ta-runs .d{font-size:11.5px;opacity:.8}</style>"
+    ".ta-runs .d{display:block;font-size:11.5px;line-height:1.6;opacity:.8}"
+    ".ta-runs button[disabled]{cursor:default}"
+    ".ta-runs button[role=checkbox]{position:relative;padding-left:32px}"
+    ".ta-runs button[role=checkbox]::before{content:'';position:absolute;left:9px;top:8px;width:13px;"
+    "height:13px;border:1px solid rgba(128,128,128,.9);border-radius:3px;font:700 11px/13px system-ui;"
+    "text-align:center;color:#10201d}"
+    '.ta-runs button[aria-checked="true"]::before{content:"✓";background:#36b3a0;border-color:#36b3a0}'
+    ".ta-runs button[role=checkbox][disabled]::before{visibility:hidden}</style>"
 )
 
 
@@ -87,7 +94,45 @@ def render_list(runs: Sequence[tuple[str, RunFacts]], chosen: int | None, on_cli
     )
 
 
-def _row(index: int, label: str, facts: RunFacts, chosen: bool, on_click: str) -> str:
+def render_choices(runs: Sequence[tuple[str, RunFacts]], chosen: Collection[int], on_click: str) -> str:
+    """Return a list of which any number of runs can be chosen; one with a problem cannot.
+
+    Args:
+        runs: labels and facts.
+        chosen: indices of the chosen ones.
+        on_click: JavaScript, already escaped for an attribute; a run has ``data-c`` = ``run:INDEX``, the
+            button that chooses all ``all:0``, the one that chooses none ``none:0``.
+    """
+    rows = [
+        _row(k, label, facts, k in chosen, on_click, role="checkbox", state="aria-checked")
+        for k, (label, facts) in enumerate(runs)
+    ]
+    links = "".join(
+        f'<button type="button" data-c="{name}:0" onclick="{on_click}" title="Choose {name} of the runs"'
+        ' style="border:0;background:none;color:#36b3a0;font:inherit;padding:0 0 0 10px;cursor:pointer">'
+        f"{name}</button>"
+        for name in ("all", "none")
+    )
+    return (
+        f'{_STYLE}<div style="display:flex;margin:4px 10px 3px;font-size:12px">'
+        f'<span style="flex:1;opacity:.8">{len(chosen)} of {len(runs)} runs chosen</span>{links}</div>'
+        '<div class="ta-runs ta-choices" role="group" aria-label="Runs to compare" style="max-height:340px;'
+        "overflow-y:auto;margin:2px 10px 8px;padding:3px;border:1px solid rgba(128,128,128,.3);"
+        f'border-radius:6px">{"".join(rows) or "no runs yet"}</div>'
+    )
+
+
+def _row(
+    index: int,
+    label: str,
+    facts: RunFacts,
+    chosen: bool,
+    on_click: str,
+    *,
+    role: str = "option",
+    state: str = "aria-selected",
+) -> str:
+    disabled = " disabled" if facts.problem is not None and role == "checkbox" else ""
     if facts.problem is not None:
         best, details = "", f'<span style="color:#ff7b72">{html.escape(facts.problem)}</span>'
     else:
@@ -97,7 +142,7 @@ def _row(index: int, label: str, facts: RunFacts, chosen: bool, on_click: str) -
             f" · {state_markup(facts.state)}"
         )
     return (
-        f'<button type="button" role="option" aria-selected="{str(chosen).lower()}" data-c="run:{index}"'
-        f' onclick="{on_click}"><span class="n"><b>{html.escape(label)}</b>'
+        f'<button type="button" role="{role}" {state}="{str(chosen).lower()}" data-c="run:{index}"'
+        f' onclick="{on_click}"{disabled}><span class="n"><b>{html.escape(label)}</b>'
         f'<span title="best f_s">{best}</span></span><span class="d">{details}</span></button>'
     )

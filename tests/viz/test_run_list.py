@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 
-from viz.run_list import RunFacts, render_chosen, render_list
+from viz.run_list import RunFacts, render_choices, render_chosen, render_list
 
 
 class Buttons(HTMLParser):
@@ -49,3 +49,18 @@ def test_names_of_files_and_what_is_in_them_cannot_inject_markup() -> None:
         found = Buttons(markup)
         assert "script" not in found.tags
         assert any(evil in text for text in found.texts.values())
+
+
+def test_any_number_of_runs_can_be_chosen_but_none_with_a_problem() -> None:
+    run = RunFacts(task="squeezing", algorithm="vie-neat", n_evaluations=600)
+    markup = render_choices([("<a>", run), ("b", run), ("lost", RunFacts(problem="cut short"))], {1}, "go()")
+    found = Buttons(markup)
+    assert set(found.texts) == {"all:0", "none:0", "run:0", "run:1", "run:2"}
+    assert "a" not in found.tags
+    assert "1 of 3 runs chosen" in markup
+    states = [part.split(">")[0] for part in markup.split('role="checkbox"')[1:]]
+    assert [('aria-checked="true"' in s, "disabled" in s) for s in states] == [
+        (False, False),
+        (True, False),
+        (False, True),
+    ]

@@ -1,0 +1,58 @@
+"""What one browser's user sets off: one thing at a time, and a notice when something goes wrong."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+from collections.abc import Callable
+from typing import ParamSpec
+
+import viser
+
+from engine.errors import TensAtlasError
+
+log = logging.getLogger(__name__)
+
+P = ParamSpec("P")
+
+
+class Actions:
+    """Guards the actions of a browser.
+
+    Args:
+        client: the browser, which gets the notices.
+    """
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._client = client
+        self.mutex = threading.RLock()
+        """Held by an action that excludes the others."""
+        self.closed = False
+        """Whether the browser has gone: no action begins any more."""
+
+    def notify(self, title: str, body: str) -> None:
+        """Show a notice for a few seconds."""
+        self._client.add_notification(title, body, auto_close_seconds=6.0)
+
+    def guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
+        """Return an action that reports what goes wrong as a notice.
+
+        Args:
+            action: what to do.
+            alone: whether it excludes the browser's other actions; one that takes long must not.
+        """
+
+        def run(*args: P.args, **kwargs: P.kwargs) -> None:
+            with self.mutex if alone else contextlib.nullcontext():
+                if self.closed:
+                    return
+                try:
+                    action(*args, **kwargs)
+                except TensAtlasError as e:
+                    self.notify("That did not work", str(e))
+                except Exception:  # a fault of ours: say so, keep the app going
+                    log.exception("an action failed")
+                    self.notify("Something went wrong", "The terminal that runs TensAtlas has the details.")
+
+        return run
