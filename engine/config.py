@@ -144,7 +144,7 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         if not isinstance(value, dict) or not set(value) <= set(hints):
             raise InvalidData(f"{where}: expected a table of {', '.join(hints)}")
         # a field that is newer than the file has the value that leaves the run as it was
-        value = _BEFORE.get(kind, {}) | value
+        value = _BEFORE.get(typing.cast(type, kind), {}) | value
         fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items()}
         return typing.cast(type, kind)(**fields)
     origin = typing.get_origin(kind)
