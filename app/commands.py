@@ -11,9 +11,6 @@ import tyro
 
 from engine.config import RunConfig
 
-ArchiveName = Literal["morphology", "controller", "grid"]
-"""DM-ME has the first two, MAP-Elites the last."""
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Explore:
@@ -75,8 +72,8 @@ class Export:
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    archive: ArchiveName = "morphology"
-    """Map to take the elite from; grid is the one of MAP-Elites."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
     cell: str
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     out: Path
@@ -93,8 +90,8 @@ class Verify:
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    archive: ArchiveName = "morphology"
-    """Map to take the elite from; grid is the one of MAP-Elites."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
     cell: str
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     inertia_scale: float | None = None

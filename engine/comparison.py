@@ -225,10 +225,16 @@ def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> 
     experiment = _differences(runs, lambda key: key.startswith(("physics.", "trials.")))
     if experiment:
         notes.append(f"Runs of {task.task} are not of the same experiment: they differ in {experiment}.")
-    for package in ("mujoco", "tensatlas"):
-        versions = sorted({r.versions.get(package, "unknown") for r in runs})
+    decisive = {
+        "mujoco": "mujoco",
+        "tensatlas": "tensatlas",
+        "physics": "body model",
+        f"task {task.task}": "task file",
+    }
+    for key, what in decisive.items():
+        versions = sorted({r.versions.get(key, "unknown") for r in runs})
         if len(versions) > 1:
-            notes.append(f"Runs of {task.task} were made with {package} {' and '.join(versions)}.")
+            notes.append(f"Runs of {task.task} were made with {what} {' and '.join(versions)}.")
     for group in task.groups:
         inside = _differences(
             group.runs,

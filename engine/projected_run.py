@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -85,13 +86,9 @@ def project_run(
         generations = reader.generations()
         if not generations:
             raise RunFileError(f"{source} has no finished generation to project")
-        try:
-            if GRID in generations[-1].archives:
-                return _project_down(reader, generations, out)
-            return _project_up(reader, generations, out, n_threads, observer)
-        except BaseException:
-            out.unlink(missing_ok=True)  # half a projection is none
-            raise
+        if GRID in generations[-1].archives:
+            return _project_down(reader, generations, out)
+        return _project_up(reader, generations, out, n_threads, observer)
 
 
 def _project_down(reader: RunReader, generations: list[Generation], out: Path) -> ProjectionReport:
@@ -102,7 +99,7 @@ def _project_down(reader: RunReader, generations: list[Generation], out: Path) -
     filled: dict[str, int] = {}
     position = 0
     saved = _saved_state(reader)
-    with RunWriter.create(out, reader.config, reader.versions, _meta(reader, DOWN)) as writer:
+    with _new_run(reader, out, DOWN) as writer:
         for generation, before in _with_starts(generations):
             _copy(reader, writer, generation, before)
             while position < len(changes) and changes[position][0] <= generation.number:
@@ -145,7 +142,7 @@ def _project_up(
     archive = _archive(lifted.map, completed)
     view = _Projected(last.number + 1, {GRID: archive}, {GRID: lifted.map.axes}, _saved_state(reader))
     distance = get_task(reader.config.task).target_distance
-    with RunWriter.create(out, reader.config, reader.versions, _meta(reader, UP)) as writer:
+    with _new_run(reader, out, UP) as writer:
         for generation, before in _with_starts(generations):
             _copy(reader, writer, generation, before, completed)
         writer.close_generation(view, statistics(view, distance), last.seconds)
@@ -188,6 +185,20 @@ def resimulate_missing(
     return found
 
 
+@contextlib.contextmanager
+def _new_run(reader: RunReader, out: Path, kind: str) -> Iterator[RunWriter]:
+    """Write a new run file, which goes again if anything fails: half a projection is none."""
+    meta = {"kind": kind, "source": reader.path.name, "created_at": reader.created_at}
+    # if this fails, whatever lies there is not ours
+    writer = RunWriter.create(out, reader.config, reader.versions, meta)
+    try:
+        with writer:
+            yield writer
+    except BaseException:
+        out.unlink(missing_ok=True)
+        raise
+
+
 def _with_starts(generations: list[Generation]) -> Iterable[tuple[Generation, int]]:
     """Return every generation with the number of evaluations before it."""
     return zip(generations, [0, *(g.n_evaluations for g in generations[:-1])], strict=True)
@@ -225,7 +236,3 @@ def _saved_state(reader: RunReader) -> dict[str, Any]:
     state = reader.algorithm_state()
     with reader.guard():
         return {"descriptor": None if state is None else state.get("descriptor")}
-
-
-def _meta(reader: RunReader, kind: str) -> dict[str, str]:
-    return {"kind": kind, "source": reader.path.name, "created_at": reader.created_at}

@@ -105,7 +105,8 @@ def _run(source: bytes, file: str) -> object:
     try:
         exec(compile(source, file, "exec"), module.__dict__)
     except SyntaxError as e:
-        raise TaskError(f"{file}, line {e.lineno}: {e.msg}") from None
+        where = f", line {e.lineno}" if e.lineno else ""
+        raise TaskError(f"{file}{where}: {e.msg}") from None
     except (Exception, SystemExit) as e:
         raise TaskError(f"{file}: {describe(e, file)}") from None
     return getattr(module, "TASK", None)

@@ -141,6 +141,13 @@ def test_project_info_and_what_the_projection_is_good_for(
     assert "exists; choose another name" in capsys.readouterr().err
 
 
+def test_project_to_a_place_that_is_no_folder_gets_one_line(tensatlas: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    status, out, err = tensatlas("project", "--out", tmp_path / "file" / "up.tsmr")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "file is not a folder" in err
+
+
 def test_reevaluate(tensatlas: Command, tmp_path: Path) -> None:
     status, out, err = tensatlas("reevaluate", "--repeats", 1, "--archive", "morphology")
     assert (status, "Kept in" in err) == (0, True)

@@ -45,7 +45,7 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     broken = tmp_path / "broken.py"
     broken.write_text("TASK = (")
     monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
-    assert "broken.py, line 1" in library.facts(path).problem
+    assert "broken.py, line 1" in str(library.facts(path).problem)
 
 
 def test_a_replaced_file_is_read_anew(library: Library, tmp_path: Path, small_run: Path) -> None:

@@ -1,6 +1,9 @@
+import contextlib
 import csv
 import dataclasses
 import io
+import json
+import sqlite3
 
 import pytest
 from made_up import MADE_UP, evaluation
@@ -211,3 +214,20 @@ def test_tables_for_other_programs(run_file):
     assert [int(r["evaluations"]) for r in trend] == [20, 26, 32]
     assert float(trend[-1]["mean"]) == pytest.approx(group.statistics("coverage").mean)
     assert files["tests.csv"] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("mujoco", "with mujoco 1 and 2."),
+        ("physics", "with body model 1 and 2."),
+        ("task goal-reaching", "with task file 1 and 2."),
+    ],
+)
+def test_other_programs_and_tasks_are_noted(run_file, key, said):
+    paths = [run_file("a", 1), run_file("b", 2)]
+    for version, path in enumerate(paths, start=1):
+        with contextlib.closing(sqlite3.connect(path)) as db, db:
+            db.execute("UPDATE meta SET value = ? WHERE key = 'versions'", [json.dumps({key: version})])
+    assert f"Runs of goal-reaching were made {said}" in notes(*paths)
+    assert "were made" not in notes(paths[0])
