@@ -39,7 +39,7 @@ class Evolve:
     run: tyro.conf.Positional[Path]
     """Run file to create, *.tsmr."""
     preset: str = "quick"
-    """paper (the published experiment), quick (about an hour on two cores) or smoke (seconds)."""
+    """paper (the published experiment), quick (half an hour on two cores) or smoke (seconds)."""
     workers: int = os.cpu_count() or 1
     """Threads that simulate; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]

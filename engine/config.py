@@ -95,7 +95,7 @@ PRESETS: Final[dict[str, RunConfig]] = {
 """Of every algorithm; options such as ``cell_capacity`` are added to them.
 
 ``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
-evaluations, about an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
+evaluations, about half an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
 
 
 def preset(name: str) -> RunConfig:

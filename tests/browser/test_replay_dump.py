@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from exploded import evolve
 from playwright.sync_api import Page, expect
 from processes import environment, free_port
 from widgets import field_of
@@ -23,16 +24,8 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def dump_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What an evolution of robots that fly apart left behind, made as a user makes it."""
-    run = tmp_path_factory.mktemp("exploded") / "boom.tsmr"
-    flags = "--preset smoke --evaluations 4 --initial 2 --batch-size 2 --seed 2 --physics.impratio 1e12"
-    subprocess.run(
-        [sys.executable, "-m", "app", "evolve", str(run), *flags.split()],
-        env=environment(),
-        stderr=subprocess.DEVNULL,
-        check=True,
-    )
-    return min(run.with_name("boom.failures").iterdir())
+    """What an evolution of robots that fly apart left behind."""
+    return min(evolve(tmp_path_factory.mktemp("exploded") / "boom.tsmr"))
 
 
 @pytest.fixture
