@@ -73,6 +73,22 @@ def controllers(n_inputs=2):
     )
 
 
+SEARCH = {
+    "n_inputs": 2,
+    "n_initial": 12,
+    "batch_size": 6,
+    "refit_generations": (0, 2, 5),
+    "budget": 12 + 6 * 8,
+}
+"""A search in miniature: nine generations, fitted three times."""
+
+
+def nothing_else(numbers):
+    """Recall evaluations where elites are all there is."""
+    assert not numbers
+    return {}
+
+
 @functools.cache
 def some_controller():
     """Return a controller for where any will do."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_up import describe, evaluate, examples, generation, held, sensed
+from made_up import SEARCH, describe, evaluate, examples, generation, held, sensed
 from sklearn.decomposition import PCA
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -16,22 +16,14 @@ from sklearn.preprocessing import StandardScaler
 from engine.algorithms.dm_me import DoubleMapMapElites, check_cell_capacity
 from engine.errors import InvalidData
 
-REFITS = (0, 2, 5)
+REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 PLENTY = 100
 """More than is ever evaluated here."""
 
 
 def create(seed=0, **changes):
-    options = {
-        "n_inputs": 2,
-        "n_initial": 12,
-        "batch_size": 6,
-        "refit_generations": REFITS,
-        "budget": 12 + 6 * 8,
-        "cell_capacity": 2,
-    }
-    return DoubleMapMapElites(seed=seed, **(options | changes))
+    return DoubleMapMapElites(seed=seed, **(SEARCH | {"cell_capacity": 2} | changes))
 
 
 def members(algorithm):

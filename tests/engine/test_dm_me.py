@@ -9,32 +9,19 @@ import pytest
 from expected_map import ExpectedMap, compete, numbers
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from made_up import describe, evaluate, examples, generation, held, made_up_evaluation
+from made_up import SEARCH, describe, evaluate, examples, generation, held, made_up_evaluation, nothing_else
 
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.algorithms.map_search import PAPER_REFITS, check_schedule
 from engine.algorithms.variation import MUTATIONS
 from engine.errors import InvalidData
 
-REFITS = (0, 2, 5)
+REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 
 
 def create(seed=0, **changes):
-    options = {
-        "n_inputs": 2,
-        "n_initial": 12,
-        "batch_size": 6,
-        "refit_generations": REFITS,
-        "budget": 12 + 6 * 8,
-    }
-    return DoubleMapMapElites(seed=seed, **(options | changes))
-
-
-def nothing_else(numbers):
-    """Recall evaluations where elites are all there is."""
-    assert not numbers
-    return {}
+    return DoubleMapMapElites(seed=seed, **(SEARCH | changes))
 
 
 class TwoMaps:

@@ -8,7 +8,17 @@ import pytest
 from expected_map import ExpectedMap, numbers
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from made_up import describe, evaluate, evaluation, examples, generation, held, some_controller
+from made_up import (
+    SEARCH,
+    describe,
+    evaluate,
+    evaluation,
+    examples,
+    generation,
+    held,
+    nothing_else,
+    some_controller,
+)
 
 from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.algorithms.map_elites import MapElites
@@ -18,20 +28,13 @@ from engine.descriptors import morphology_cell
 from engine.evaluation import Solution
 from engine.morphology import Morphology
 
-REFITS = (0, 2, 5)
+REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 modes = st.sampled_from(["shared", "per-module"])
 
 
 def create(seed=0, **changes):
-    options = {
-        "n_inputs": 2,
-        "n_initial": 12,
-        "batch_size": 6,
-        "refit_generations": REFITS,
-        "budget": 12 + 6 * 8,
-    }
-    return MapElites(seed=seed, **(options | changes))
+    return MapElites(seed=seed, **(SEARCH | changes))
 
 
 def body_cell(e):
@@ -40,11 +43,6 @@ def body_cell(e):
     if isinstance(m.stiffness_level, int):
         return (len(m.faces) - 2, m.stiffness_level - 1)
     return (len(m.faces) - 2, min(m.stiffness_level) - 1, max(m.stiffness_level) - 1)
-
-
-def nothing_else(numbers):
-    assert not numbers
-    return {}
 
 
 def state_and_contents(algorithm):
