@@ -257,10 +257,9 @@ def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:
         RunFileError: the run has no finished generation or no such archive.
         InvalidData: the cell is empty or lies outside the map.
     """
-    generations = reader.generations()
-    if not generations:
+    last = reader.last_closed()
+    if last is None:
         raise RunFileError(f"{reader.path} has no {archive} archive yet")
-    last = generations[-1]
     if archive not in last.archives:
         found = " and ".join(last.archives)
         raise RunFileError(f"{reader.path} has no {archive} archive; choose with --archive: {found}")

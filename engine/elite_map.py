@@ -94,24 +94,18 @@ def best_per_cell(placed: Iterable[tuple[Cell, Elite]]) -> dict[Cell, Elite]:
     return dict(sorted(best.items()))
 
 
-def load_map(reader: RunReader, archive: str, generation: Generation) -> EliteMap:
-    """Return what an archive of a run held at the end of a generation.
+def archive_maps(reader: RunReader, generation: Generation) -> dict[str, EliteMap]:
+    """Return what every archive of a run held at the end of a generation.
 
     Raises:
-        RunFileError: the run has no such archive, or is damaged.
+        RunFileError: the run is damaged.
     """
-    if archive not in generation.archives:
-        raise RunFileError(f"{reader.path} has no {archive} archive yet")
-    placed = reader.placements(archive, generation.number)
-    known = reader.summaries(set(placed.values()))
-    if lost := set(placed.values()) - set(known):
-        raise RunFileError(f"{reader.path} is damaged: evaluation {min(lost)} holds a cell of a map")
-    axes = generation.archives[archive].axes
-    shape = tuple(a.n for a in axes)
-    for cell in placed:
-        if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
-            raise RunFileError(f"{reader.path} is damaged: cell {cell} lies outside the {archive} archive")
-    return EliteMap(axes, {c: (known[n].fitness, n) for c, n in sorted(placed.items())})
+    return {
+        name: EliteMap(
+            generation.archives[name].axes, {c: (s.fitness, n) for c, (n, s) in sorted(cells.items())}
+        )
+        for name, cells in reader.elites(generation).items()
+    }
 
 
 def load_maps(reader: RunReader, generation: Generation) -> dict[str, EliteMap]:
@@ -120,7 +114,7 @@ def load_maps(reader: RunReader, generation: Generation) -> dict[str, EliteMap]:
     Raises:
         RunFileError: the run is damaged.
     """
-    maps = {name: load_map(reader, name, generation) for name in generation.archives}
+    maps = archive_maps(reader, generation)
     grid = maps.get(GRID)
     if grid is not None:
         maps.setdefault(MORPHOLOGY, grid.project(body_axes(grid.axes)))

@@ -165,6 +165,23 @@ class RunReader:
         last = self.last_generation()
         return None if last is None else next(iter(self.generations(last - 1)), None)
 
+    def finished_generation(self, archive: str | None = None) -> Generation:
+        """Return the last closed generation.
+
+        Args:
+            archive: that it must have; None if any will do.
+
+        Raises:
+            RunFileError: there is none yet, or it has no such archive.
+        """
+        last = self.last_closed()
+        if last is None:
+            raise RunFileError(f"{self.path} has no finished generation yet")
+        if archive is not None and archive not in last.archives:
+            found = ", ".join(sorted(last.archives))
+            raise RunFileError(f"{self.path} has no {archive} archive, but {found}")
+        return last
+
     def placements(self, archive: str, generation: int) -> dict[Cell, int]:
         """Return the evaluation that each filled cell held at the end of a generation."""
         rows = self._query(
@@ -183,6 +200,23 @@ class RunReader:
         )
         with self.guard():
             return [(int(g), parse_cell(str(c)), None if n is None else int(n)) for g, c, n in rows]
+
+    def elites(self, generation: Generation) -> dict[str, dict[Cell, tuple[int, Summary]]]:
+        """Return the number and the summary of every elite at the end of a generation, by archive and cell.
+
+        Raises:
+            RunFileError: the file cannot be read or is damaged.
+        """
+        placed = {name: self.placements(name, generation.number) for name in generation.archives}
+        known = self.summaries({n for cells in placed.values() for n in cells.values()})
+        for name, cells in placed.items():
+            axes = generation.archives[name].axes
+            for cell, number in cells.items():
+                if number not in known:
+                    raise RunFileError(f"{self.path} is damaged: evaluation {number} holds a cell of a map")
+                if len(cell) != len(axes) or any(i >= a.n for i, a in zip(cell, axes, strict=True)):
+                    raise RunFileError(f"{self.path} is damaged: cell {cell} lies outside a map")
+        return {name: {cell: (n, known[n]) for cell, n in cells.items()} for name, cells in placed.items()}
 
     def contents(self, archive: str, generation: int) -> dict[Cell, Evaluation]:
         """Return the elites of an archive at the end of a generation, by cell."""

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from engine.elite_map import load_map
-from engine.errors import InvalidData, RunFileError
+from engine.elite_map import archive_maps
+from engine.errors import InvalidData
 from engine.evaluation import Solution
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 from engine.robustness import (
     MAX_REPEATS,
     MapRobustness,
@@ -65,8 +65,9 @@ def reevaluate(
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
     with RunReader(run) as reader:
         check_physics(reader.config)
-        last = _last_generation(reader, archive)
-        maps = {n: load_map(reader, n, last) for n in ([archive] if archive else sorted(last.archives))}
+        last = reader.finished_generation(archive)
+        maps = archive_maps(reader, last)
+        maps = {name: maps[name] for name in ([archive] if archive else sorted(maps))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}
         path = robust_path(run)
         before = load_robust_of(reader)
@@ -110,16 +111,6 @@ def reevaluate(
         robust = result()
         distance = get_task(reader.config.task).target_distance
         return robust, [map_robustness(name, m, robust, distance) for name, m in maps.items()]
-
-
-def _last_generation(reader: RunReader, archive: str | None) -> Generation:
-    generations = reader.generations()
-    if not generations:
-        raise RunFileError(f"{reader.path} has no finished generation yet")
-    if archive is not None and archive not in generations[-1].archives:
-        names = ", ".join(sorted(generations[-1].archives))
-        raise RunFileError(f"{reader.path} has no {archive} archive, but {names}")
-    return generations[-1]
 
 
 def _decisive(task: str) -> dict[str, str]:

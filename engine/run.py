@@ -190,14 +190,14 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
 
 def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     algorithm = create_algorithm(reader.config)
-    last = reader.last_generation()
+    last = reader.last_closed()
     state = reader.algorithm_state()
     if last is None or state is None:
         return algorithm, 0.0
-    contents = {name: reader.contents(name, last) for name in algorithm.archives}
+    contents = {name: reader.contents(name, last.number) for name in algorithm.archives}
     with reader.guard():
         algorithm.restore(state, contents, reader.evaluations)
-    return algorithm, reader.generations(last - 1)[-1].seconds
+    return algorithm, last.seconds
 
 
 def _work(

@@ -38,12 +38,7 @@ def elite_table(reader: RunReader, archive: str | None = None) -> Table:
     Raises:
         RunFileError: there is no finished generation or no such archive, or the file is damaged.
     """
-    generations = reader.generations()
-    if not generations:
-        raise RunFileError(f"{reader.path} has no finished generation yet")
-    last = generations[-1]
-    if archive is not None and archive not in last.archives:
-        raise RunFileError(f"{reader.path} has no {archive} archive, but {', '.join(sorted(last.archives))}")
+    last = reader.finished_generation(archive)
     distance = get_task(reader.config.task).target_distance
     names = sorted(last.archives) if archive is None else [archive]
     most = max(len(last.archives[name].axes) for name in names)

@@ -172,9 +172,8 @@ def verify(
     Raises:
         InvalidData: the number of seeds or the physics' time step is out of range.
     """
-    for simulated in (config.physics, physics):
-        if simulated is not None:
-            check_timestep(simulated)  # bad values are refused before time is spent
+    if physics is not None:
+        check_timestep(physics)  # bad values are refused before time is spent
     own = resimulate(config, evaluation, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
     changed = None
     if physics is not None:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
-from engine.errors import RunFileError
 from engine.morphology import Morphology
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
@@ -58,18 +57,14 @@ def load_contents(reader: RunReader, generation: Generation) -> dict[str, Conten
         RunFileError: the file cannot be read or is damaged.
     """
     distance = get_task(reader.config.task).target_distance
-    placed = {name: reader.placements(name, generation.number) for name in generation.archives}
-    known = reader.summaries({n for cells in placed.values() for n in cells.values()})
-    contents: dict[str, Content] = {}
-    for name, cells in placed.items():
-        axes = generation.archives[name].axes
-        elites = {}
-        for cell, number in cells.items():
-            if number not in known:
-                raise RunFileError(f"{reader.path} is damaged: evaluation {number} holds a cell of a map")
-            if len(cell) != len(axes) or any(i >= a.n for i, a in zip(cell, axes, strict=True)):
-                raise RunFileError(f"{reader.path} is damaged: cell {cell} lies outside a map")
-            s = known[number]
-            elites[cell] = Elite(number, 100 * (distance - s.fitness), s.generation, s.morphology)
-        contents[name] = Content(axes, elites, generation.archives[name].coverage)
-    return contents
+    return {
+        name: Content(
+            generation.archives[name].axes,
+            {
+                cell: Elite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
+                for cell, (n, s) in cells.items()
+            },
+            generation.archives[name].coverage,
+        )
+        for name, cells in reader.elites(generation).items()
+    }

@@ -14,10 +14,10 @@ from engine.algorithms.base import Axis
 from engine.descriptors import sensory_data
 from engine.elite_map import (
     EliteMap,
+    archive_maps,
     double_elites,
     final_descriptor,
     lift,
-    load_map,
     load_maps,
 )
 from engine.errors import InvalidData, RunFileError
@@ -140,7 +140,7 @@ def test_project_down(grid_run, tmp_path):
         for then, now in zip(old.generations(), new.generations(), strict=True):
             maps = load_maps(old, then)
             for name in ("morphology", "controller"):
-                assert load_map(new, name, now).elites == maps[name].elites
+                assert archive_maps(new, now)[name].elites == maps[name].elites
                 assert now.archives[name].qd_score == pytest.approx(maps[name].qd_score(0.45))
         assert report.filled == {n: len(maps[n].elites) for n in ("morphology", "controller")}
         assert report.n_elites == {"grid": len(maps["grid"].elites)}
@@ -185,7 +185,7 @@ def test_project_up_places_every_elite_by_the_final_pca(double_run, tmp_path):
             rank = (e.fitness, e.solution.number)
             expected[cell] = min(expected.get(cell, rank), rank)
         (generation,) = new.generations()
-        assert load_map(new, "grid", generation).elites == dict(sorted(expected.items()))
+        assert archive_maps(new, generation)["grid"].elites == dict(sorted(expected.items()))
         assert [a.name for a in generation.archives["grid"].axes] == [
             "modules",
             "stiffness",
