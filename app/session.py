@@ -21,6 +21,8 @@ from app.state import Selection, SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.archive import Cell
+from engine.dump import read_dump
+from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData, TensAtlasError
 from engine.export import export_files
 from engine.reader import RunReader
@@ -74,7 +76,14 @@ class Session:
         self._robot = robot_panel.RobotPanel(
             client, robot_panel.Events(export=guarded(self.export, alone=False))
         )
-        self._run = RunPanel(client, self._actions, shown=lambda: self._state.path, show=self.open_run)
+        self._run = RunPanel(
+            client,
+            self._actions,
+            shown=lambda: self._state.path,
+            show=self.open_run,
+            replay_dump=self.replay_dump,
+            read_only=read_only,
+        )
         self._transport = transport.TransportPanel(
             client,
             self._player,
@@ -182,6 +191,21 @@ class Session:
         self._show_address()
         self._player.load(replay)
         self._transport.refresh()
+
+    def replay_dump(self, path: Path) -> None:
+        """Play the last moments of a simulation that failed.
+
+        Raises:
+            DumpError: the file cannot be read as a dump.
+        """
+        dump = read_dump(path)
+        self._arena.clear()
+        self._player.load(DumpReplay(dump))
+        self._transport.refresh()
+        failed = dump.failed
+        self._actions.notify(
+            f"Robot {failed.solution.number}, simulated until it failed", failed.failure.reason
+        )
 
     def export(self) -> None:
         """Send the chosen robot to the browser as a zip file."""
@@ -311,7 +335,7 @@ class Session:
         budget, last = reader.config.evaluations, state.last
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
-        self._run.show_run(status.n_evaluations, budget, live=status.live, complete=complete)
+        self._run.show_run(reader.path, status.n_evaluations, budget, state.generations, live=status.live)
         if new and last is not None:
             if state.follow_newest:
                 self._draw(reader, last.number)

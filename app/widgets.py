@@ -7,10 +7,10 @@ from typing import Any
 from app.viser_private import uuid_of
 
 
-def put(widget: Any, value: Any) -> None:
-    """Set a widget's value, without telling the browser again what it shows already."""
-    if widget.value != value:
-        widget.value = value
+def put(widget: Any, value: Any, attribute: str = "value") -> None:
+    """Set a widget's value, or another attribute, unless the browser shows it already."""
+    if getattr(widget, attribute) != value:
+        setattr(widget, attribute, value)
 
 
 def put_html(element: Any, content: str) -> None:
