@@ -80,7 +80,9 @@ class ArchivesPanel:
                 disabled=True,
                 hint="Look at the maps as they were; the last generation follows a live run",
             )
-            self._play = gui.add_button("Grow", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY)
+            self._play = gui.add_button(
+                "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
+            )
             self._trend = gui.add_html("")
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(

@@ -36,11 +36,12 @@ def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
     for k, (widget, share) in enumerate(cells):
         # a button has no label to know it by; it can only be the last
         this = "*" if isinstance(widget, viser.GuiButtonHandle) else selector(widget)
-        place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%"
+        place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%!important"
         rules.append(f"{this}{{{place}}}" if k == 0 else f"{selector(cells[k - 1][0])}+{this}{{{place}}}")
         label = "width:auto!important;padding-right:6px"
         if labelled is not None and k >= labelled:
             label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
-        rules.append(f"{this}>div>div:has(label){{{label}}}")
+        if this != "*":
+            rules.append(f"{this}>div>div:has(label){{{label}}}")
         left += share
     return f"<style>{''.join(rules)}</style>"
