@@ -10,12 +10,13 @@ from pathlib import Path
 
 from engine.errors import RunFileError, TensAtlasError
 from engine.reader import RunReader
+from engine.robustness import robust_stamp
 from engine.store import SUFFIX
 from viz.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)
 
-POLL_INTERVAL = 0.4
+POLL_INTERVAL = 0.25
 """Seconds between two looks at the shown runs."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parent.parent / "saved_archives"
 NEW_RUNS = Path("runs")
@@ -27,11 +28,19 @@ PAUSED_SUFFIX = ".paused"
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class RunStatus:
-    """How far a run is: what a watcher compares."""
+    """How far a run is: what a watcher compares.
+
+    Attributes:
+        generation: number of the last closed one.
+        n_evaluations: that are saved.
+        live: whether it is being written.
+        robust: changes with what ``tensatlas reevaluate`` has found; None for nothing.
+    """
 
     generation: int | None
     n_evaluations: int
     live: bool
+    robust: tuple[int, int] | None = None
 
 
 Listener = Callable[[Path, RunStatus], None]
@@ -111,7 +120,7 @@ class Library:
             RunFileError, TaskError: it cannot be read.
         """
         reader = self.reader(path)
-        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
+        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live, robust_stamp(path))
 
     def facts(self, path: Path) -> RunFacts:
         """Return what a list of runs says of one: as of its last generation, which costs little to read."""

@@ -11,12 +11,15 @@ from app import archives_panel, robot_panel, transport
 from app.actions import Actions
 from app.address import AddressBar, Place, find_run, run_name
 from app.arena import Arena
+from app.color_controls import ColorWish
 from app.compare_panel import ComparePanel
+from app.generation_player import GenerationPlayer
 from app.library import Library, RunStatus
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.player import Player
 from app.run_panel import RunPanel
+from app.shared_scale import SharedScale
 from app.state import Selection, SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
@@ -65,13 +68,16 @@ class Session:
                 generation_chosen=self._slide,
                 cell_clicked=guarded(self.pick),
                 layout_chosen=guarded(self._set_layout),
-                coloring_chosen=guarded(self._set_coloring),
+                colors_changed=guarded(self._set_colors),
+                growth_played=guarded(self._play_growth),
+                space_pressed=self._toggle_replay,
             ),
         )
         if not read_only:
             Uploads(self._archives.picker.upload, gate, self._actions, self.open_run)
             self._archives.picker.allow_upload()
-        self._board = MapBoard(self._archives)
+        self._board = MapBoard(self._archives, self._actions.notify, SharedScale(library).limits)
+        self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
         self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
         self._robot = robot_panel.RobotPanel(
             client, robot_panel.Events(export=guarded(self.export, alone=False))
@@ -103,6 +109,7 @@ class Session:
             self._actions.closed = True
             self._impatience.cancel()
             self._library.unwatch(self)
+            self._growth.stop()
             self._player.close()
 
     def open_run(self, path: Path) -> None:
@@ -112,6 +119,7 @@ class Session:
             RunFileError: it cannot be read.
         """
         reader = self._library.reader(path)
+        self._growth.stop()
         self._player.unload()
         self._arena.clear()
         self._robot.show_no_robot()
@@ -306,6 +314,7 @@ class Session:
 
     def _slide(self, number: int) -> None:
         """Show a generation unless the slider has moved on by the time that others are done."""
+        self._growth.stop()
         self._state.wanted_generation = number
 
         def show() -> None:
@@ -336,6 +345,7 @@ class Session:
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
         self._run.show_run(reader.path, status.n_evaluations, budget, state.generations, live=status.live)
+        self._board.refresh()
         if new and last is not None:
             if state.follow_newest:
                 self._draw(reader, last.number)
@@ -344,14 +354,39 @@ class Session:
 
     def _draw(self, reader: RunReader, number: int) -> None:
         generations = self._state.generations
-        self._board.show(reader, next(g for g in generations if g.number == number))
+        self._board.show(reader, next(g for g in generations if g.number == number), generations[-1])
         self._archives.show_trend(generations, number)
 
     def _set_layout(self, name: str) -> None:
         self._board.set_layout(name)
 
-    def _set_coloring(self, name: str) -> None:
-        self._board.set_coloring(name)
+    def _set_colors(self, wish: ColorWish) -> None:
+        self._board.set_colors(wish)
+
+    def _play_growth(self) -> None:
+        """Run through the generations, or stop that."""
+        if self._growth.playing:
+            self._growth.stop()
+        elif self._board.generation is not None and self._state.last is not None:
+            self._growth.play(self._board.generation, self._state.last.number)
+
+    def _grow(self, number: int) -> bool:
+        """Show the next generation of those that play, unless something has stopped that."""
+        shown = False
+
+        def show() -> None:
+            nonlocal shown
+            if self._growth.playing:
+                self.show_generation(number)
+                shown = True
+
+        self._actions.guarded(show)()
+        return shown
+
+    def _toggle_replay(self) -> None:
+        if self._player.replay is not None:
+            self._player.pause() if self._player.playing else self._player.play()
+            self._transport.refresh()
 
     def _reader(self) -> RunReader:
         if self._state.path is None:
