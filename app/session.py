@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import viser
@@ -12,6 +13,7 @@ from app.arena import Arena
 from app.compare_panel import ComparePanel
 from app.library import Library, RunStatus
 from app.map_board import MapBoard
+from app.marks import Marks
 from app.player import Player
 from app.run_panel import RunPanel
 from app.state import Selection, SessionState
@@ -56,13 +58,21 @@ class Session:
         self._board = MapBoard(self._archives)
         self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
         self._robot = robot_panel.RobotPanel(
-            client, robot_panel.Events(export=guarded(self.export, alone=False))
+            client,
+            robot_panel.Events(
+                export=guarded(self.export, alone=False),
+                ancestor_chosen=guarded(self.choose_ancestor),
+            ),
         )
         self._run = RunPanel(client, self._actions, shown=lambda: self._state.path, show=self.open_run)
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(trial_chosen=guarded(self.choose_trial), follow_changed=self._set_follow),
+            transport.Events(
+                trial_chosen=guarded(self.choose_trial),
+                follow_changed=self._set_follow,
+                marks_changed=self._set_marks,
+            ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
         guarded(self._open_first)()
@@ -128,24 +138,60 @@ class Session:
             RunFileError: the run has no such evaluation.
         """
         reader = self._reader()
-        chosen = self._state.selection = Selection(
-            archive, cell_name(cell), reader.evaluation(number), reader.generation_of(number)
+        self._state.selection = Selection(
+            archive,
+            cell_name(cell),
+            reader.evaluation(number),
+            reader.generation_of(number),
+            tuple(reader.lineage(number)),
         )
+        self._show_chosen()
+
+    def choose_ancestor(self, number: int) -> None:
+        """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
+
+        Raises:
+            RunFileError: the run has no such evaluation.
+        """
+        if (origin := self._state.selection) is None:
+            return
+        reader = self._reader()
+        self._state.selection = dataclasses.replace(
+            origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
+        )
+        self._show_chosen()
+
+    def _show_chosen(self) -> None:
+        chosen = self._state.selection
+        assert chosen is not None
+        where = f"{chosen.archive} cell {chosen.cell}"
+        if chosen.is_ancestor:
+            where = f"ancestor of robot {chosen.line[0].number}, {where}"
         self._robot.show_robot(
-            reader.config, chosen.evaluation, f"{archive} cell {chosen.cell}", chosen.entered
+            self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
-        self._board.choose(archive, number)
+        self._board.choose(chosen.archive, chosen.number)
         self.choose_trial(0, 0)
 
-    def choose_trial(self, target: int, repeat: int) -> None:
-        """Replay a trial of the chosen robot."""
+    def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
+        """Replay a trial of the chosen robot.
+
+        Args:
+            target: which of the task's targets.
+            repeat: which of the noises that it was evaluated with.
+            fresh: number of fresh noise, 0 for the evaluated one.
+
+        Raises:
+            InvalidData: there is no such trial.
+        """
         chosen = self._state.selection
         if chosen is None:
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        replay = Replay(self._reader().config, chosen.evaluation, target=target, repeat=repeat)
-        self._state.target, self._state.repeat = target, repeat
-        self._transport.select_trial(target, repeat)
+        config = self._reader().config
+        replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+        self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
+        self._transport.select_trial(target, repeat, fresh)
         self._player.load(replay)
         self._transport.refresh()
 
@@ -239,10 +285,15 @@ class Session:
     def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
             self._arena.show(replay, index)
+            self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
     def _player_stopped(self) -> None:
         self._transport.refresh()
+
+    def _set_marks(self, marks: Marks) -> None:
+        self._arena.marks = marks
+        self._player.redraw()
 
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow
