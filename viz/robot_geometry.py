@@ -62,8 +62,8 @@ class RobotGeometry:
         self._plain_colors = np.tile(np.array(plain, dtype=np.uint8), (self.n_modules, 1, 1))
         rod_colors = np.tile(np.array(theme.ROD, dtype=np.uint8), (self.n_modules, len(t.RODS), 1))
         rod_colors[:, t.SERVO_ROD] = theme.SERVO_ROD
-        plain = [r for r in range(len(t.RODS)) if r != t.SERVO_ROD]
-        rod_colors[head_module, plain] = theme.HEAD_ROD
+        plain_rods = [r for r in range(len(t.RODS)) if r != t.SERVO_ROD]
+        rod_colors[head_module, plain_rods] = theme.HEAD_ROD
         self.rod_colors = rod_colors.reshape(-1, 3)
         node_colors = np.tile(
             np.array([*[theme.NODE] * len(t.NODES), theme.SERVO_ROD], dtype=np.uint8),

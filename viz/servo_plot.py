@@ -44,11 +44,11 @@ def render(
     ]
     for second in range(math.ceil(page[0] - 1e-9), math.floor(page[1] + 1e-9) + 1):
         if second % 2 == 0:
-            x = position(second, page)
+            tick = position(second, page)
             parts.append(
-                f'<path d="M{x:.1f} {TOP}V{bottom:.0f}" stroke="currentColor"'
+                f'<path d="M{tick:.1f} {TOP}V{bottom:.0f}" stroke="currentColor"'
                 f' stroke-opacity="{0.35 if second == 0 else 0.12}"/>'
-                f'<text x="{x:.1f}" y="{bottom + 11:.0f}" text-anchor="middle" fill="currentColor"'
+                f'<text x="{tick:.1f}" y="{bottom + 11:.0f}" text-anchor="middle" fill="currentColor"'
                 f' fill-opacity="0.65">{second}{" s" if second == 0 else ""}</text>'
             )
     shown = (times >= page[0] - 1e-9) & (times <= page[1] + 1e-9)
