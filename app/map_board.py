@@ -162,7 +162,7 @@ class MapBoard:
 
     def holder(self, archive: str, cell: Cell) -> int | None:
         """Return the number of the evaluation that a cell of an archive holds in the shown generation."""
-        content = self._contents.get(archive)
+        content = None if self._subject is None else self._subject.contents.get(archive)
         elite = None if content is None else content.elites.get(cell)
         return None if elite is None else elite.number
 
