@@ -27,9 +27,8 @@ def test_a_bare_start_explains_itself_and_every_control_says_what_it_does(
         silent = [str(c.label) for c in controls if not c.hint]
         assert silent == []
         # the palette has the main actions, and one that cannot be done says what to do first
-        page.locator("canvas").first.click(position={"x": 5, "y": 5})
         page.keyboard.press("Control+k")
-        search = page.get_by_placeholder("Search")
+        search = page.get_by_placeholder("Search commands...")
         for label in ("Choose a run", "Play or pause the replay", "Pause this run", "Start the new run"):
             expect(page.get_by_text(label, exact=True)).to_be_visible()
         search.fill("Export")
