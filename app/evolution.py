@@ -7,6 +7,7 @@ import dataclasses
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,8 @@ from pathlib import Path
 from app.library import NEW_RUNS
 from engine import config
 from engine.errors import InvalidData, RunFileError
-from engine.store import SUFFIX, is_being_written, lock_path
+from engine.lock import holder_of, is_being_written
+from engine.store import SUFFIX
 from engine.tasks import BUILT_IN
 
 START_TIMEOUT = 30.0
@@ -98,10 +100,13 @@ def stop(path: Path) -> None:
     """
     if not is_being_written(path):
         raise RunFileError(f"{path.name} is not running")
+    holder = holder_of(path)
+    if holder is None or not holder.is_of_this_boot or holder.host != socket.gethostname():
+        who = f": it is written by {holder}" if holder else ""
+        raise RunFileError(f"{path.name} could not be stopped from here{who}")
     try:
-        pid = int(lock_path(path).read_text())
-        os.kill(pid, signal.SIGTERM)
-    except (OSError, ValueError):
+        os.kill(holder.pid, signal.SIGTERM)
+    except OSError:
         raise RunFileError(f"{path.name} could not be stopped from here") from None
 
 

@@ -18,10 +18,10 @@ from engine.archive import Cell
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, TensAtlasError, UnknownTask
 from engine.evaluation import Evaluation
+from engine.lock import is_being_written
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
-from engine.store import is_being_written
 from engine.tasks import get_task, task_version
 
 MAX_CELLS_PER_AXIS = 200

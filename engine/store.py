@@ -8,11 +8,9 @@ holds whole generations, and the finished evaluations of the one that was under 
 from __future__ import annotations
 
 import contextlib
-import fcntl
+import errno
 import json
-import os
 import sqlite3
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,34 +20,18 @@ from engine.algorithms.snapshot import Snapshot
 from engine.config import RunConfig, to_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
+from engine.lock import RunLock, is_being_written, lock_path
 from engine.records import cell_name, from_row, to_row
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 
 SUFFIX: Final = ".tsmr"
-
-
-def lock_path(path: Path) -> Path:
-    """Return the file whose lock says that a process is writing a run."""
-    return path.with_name(path.name + ".lock")
-
-
-def is_being_written(path: Path) -> bool:
-    """Tell whether a living process is writing a run."""
-    try:
-        with open(lock_path(path), "rb") as f:
-            try:
-                fcntl.flock(f, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except BlockingIOError:
-                return True
-            return False
-    except OSError:
-        return False
+__all__ = ["SUFFIX", "RunWriter", "is_being_written", "lock_path"]
 
 
 class RunWriter:
     """The one process that may write a run. Use ``create`` or ``open``, then as a context manager."""
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, lock: int) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: RunLock) -> None:
         self.path = path
         self._db = connection
         self._lock = lock
@@ -78,12 +60,12 @@ class RunWriter:
             raise RunFileError(f"{path}: a run file's name ends in {SUFFIX}")
         if path.parent.exists() and not path.parent.is_dir():
             raise RunFileError(f"{path.parent} is not a folder; choose another place for the run")
-        lock = -1
+        lock: RunLock | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            lock = _acquire(path)
+            lock = RunLock.acquire(path)
             if path.exists():
-                _release(path, lock)
+                lock.release()
                 raise RunFileError(
                     f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
                 )
@@ -109,8 +91,9 @@ class RunWriter:
             part.replace(path)
             return cls(path, _connect_for_writing(path), lock)
         except (OSError, sqlite3.Error) as e:
-            _release(path, lock)
-            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+            if lock is not None:
+                lock.release()
+            raise _unwritable(path, e) from e
 
     @classmethod
     def open(cls, path: Path) -> Self:
@@ -119,9 +102,9 @@ class RunWriter:
         Raises:
             RunFileError: another process is writing it, or it cannot be written.
         """
-        lock = -1
+        lock: RunLock | None = None
         try:
-            lock = _acquire(path)
+            lock = RunLock.acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
             for archive, cell, evaluation in writer._db.execute(
                 "SELECT archive, cell, evaluation FROM placements ORDER BY generation"
@@ -130,8 +113,9 @@ class RunWriter:
             writer._placed = {k: v for k, v in writer._placed.items() if v is not None}
             return writer
         except (OSError, sqlite3.Error) as e:
-            _release(path, lock)
-            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+            if lock is not None:
+                lock.release()
+            raise _unwritable(path, e) from e
 
     def __enter__(self) -> Self:
         return self
@@ -198,10 +182,11 @@ class RunWriter:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode=DELETE")
         self._db.close()
-        _release(self.path, self._lock)
+        self._lock.release()
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
+        self._lock.check()
         try:
             self._db.execute("BEGIN IMMEDIATE")
             yield
@@ -210,7 +195,7 @@ class RunWriter:
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
             if isinstance(e, sqlite3.Error):
-                raise RunFileError(f"{self.path} cannot be written: {_reason(e)}") from e
+                raise _unwritable(self.path, e) from e
             raise
 
 
@@ -222,47 +207,18 @@ def _connect_for_writing(path: Path) -> sqlite3.Connection:
     return db
 
 
-def _acquire(path: Path) -> int:
-    lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
-    deadline = time.monotonic() + 1.0
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is_at(lock, lock_path(path)):
-                break
-            # its last holder removed the file between our open and our lock
-            os.close(lock)
-            lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
-        except BlockingIOError:
-            if time.monotonic() < deadline:  # a reader may be asking whether the run is live
-                time.sleep(0.02)
-                continue
-            holder = os.read(lock, 20).decode(errors="replace").strip() or "unknown"
-            os.close(lock)
-            raise RunFileError(f"{path} is being written by another process ({holder})") from None
-    os.ftruncate(lock, 0)
-    os.write(lock, str(os.getpid()).encode())
-    return lock
-
-
-def _is_at(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except FileNotFoundError:
-        return False
-
-
-def _release(path: Path, lock: int) -> None:
-    if lock >= 0:
-        with contextlib.suppress(OSError):
-            lock_path(path).unlink()
-        os.close(lock)
-
-
-def _reason(error: Exception) -> str:
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror
-    return str(error)
+def _unwritable(path: Path, error: Exception) -> RunFileError:
+    """Return what to say of a run that cannot be written."""
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    if full or getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
+        # SQLite and the system each say it in their way
+        reason += (
+            f"; what was finished is saved: make room there, then go on with 'tensatlas resume {path}'"
+            if path.exists()
+            else "; make room there"
+        )
+    return RunFileError(f"{path} cannot be written: {reason}")
 
 
 def _now() -> str:
