@@ -1,5 +1,7 @@
 """Errors whose message is meant for the person at the keyboard: one line that says what to do."""
 
+from pathlib import Path
+
 
 class TensAtlasError(Exception):
     """Base of every error that is the user's to mend; the command line prints it and exits with 2."""
@@ -23,6 +25,20 @@ class TaskError(TensAtlasError):
 
 class RunFileError(TensAtlasError):
     """A run file is missing, damaged, foreign, newer than this program or in use."""
+
+
+class DamagedRunFile(RunFileError):
+    """A run file of which a part is lost or not what it should be; the message says how to save the rest.
+
+    Args:
+        path: of the file.
+        problem: what is wrong with it, as a predicate: ``is damaged: ...``.
+    """
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(
+            f"{path} {problem}; save what is whole with: tensatlas recover {path} --out NEW.tsmr"
+        )
 
 
 class DumpError(TensAtlasError):

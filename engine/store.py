@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -18,13 +19,17 @@ from typing import Any, Final, Self
 
 from engine.algorithms.snapshot import Snapshot
 from engine.config import RunConfig, to_json
-from engine.errors import InvalidData, RunFileError
+from engine.errors import DamagedRunFile, InvalidData, RunFileError
 from engine.evaluation import Evaluation
 from engine.lock import RunLock, is_being_written, lock_path
-from engine.records import cell_name, from_row, to_row
+from engine.records import cell_name, digest, from_row, to_row
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 
 SUFFIX: Final = ".tsmr"
+LOG_LIMIT: Final = 8 * 1024 * 1024
+"""Bytes to which the write-ahead log is cut back when all readers have let go of it."""
+CLOSE_PATIENCE: Final = 2000
+"""Milliseconds that closing waits for readers."""
 __all__ = ["SUFFIX", "RunWriter", "is_being_written", "lock_path"]
 
 
@@ -36,6 +41,7 @@ class RunWriter:
         self._db = connection
         self._lock = lock
         self._placed: dict[tuple[str, str], int] = {}
+        self._has_digests = connection.execute("PRAGMA user_version").fetchone()[0] > 1
 
     @classmethod
     def create(
@@ -44,6 +50,7 @@ class RunWriter:
         config: RunConfig,
         versions: Mapping[str, str],
         projection: Mapping[str, str] | None = None,
+        created_at: str = "",
     ) -> Self:
         """Start a new run file.
 
@@ -52,6 +59,7 @@ class RunWriter:
             config: of the run.
             versions: of what decides its outcome.
             projection: what its archives were projected from, for a run that was not evolved itself.
+            created_at: UTC date and time, of a run that is saved anew; by default it is made now.
 
         Raises:
             RunFileError: the file exists, or cannot be written there.
@@ -80,7 +88,7 @@ class RunWriter:
                 meta = {
                     "config": to_json(config),
                     "versions": dict(versions),
-                    "created_at": _now(),
+                    "created_at": created_at or _now(),
                 }
                 if projection is not None:
                     meta["projection"] = dict(projection)
@@ -89,11 +97,14 @@ class RunWriter:
                 db.execute("COMMIT")
             # a reader never sees a half-made file
             part.replace(path)
+            sync_folder(path)
             return cls(path, _connect_for_writing(path), lock)
         except (OSError, sqlite3.Error) as e:
+            with contextlib.suppress(OSError):
+                path.with_name(path.name + ".part").unlink(missing_ok=True)
             if lock is not None:
                 lock.release()
-            raise _unwritable(path, e) from e
+            raise unwritable(path, e) from e
 
     @classmethod
     def open(cls, path: Path) -> Self:
@@ -115,7 +126,7 @@ class RunWriter:
         except (OSError, sqlite3.Error) as e:
             if lock is not None:
                 lock.release()
-            raise _unwritable(path, e) from e
+            raise unwritable(path, e) from e
 
     def __enter__(self) -> Self:
         return self
@@ -131,7 +142,7 @@ class RunWriter:
             )
             return [from_row(row) for row in rows]
         except (sqlite3.Error, InvalidData) as e:
-            raise RunFileError(f"{self.path} is damaged: {e}") from None
+            raise DamagedRunFile(self.path, f"is damaged: {e}") from None
 
     def n_failed(self) -> int:
         """Return how many of the saved evaluations failed."""
@@ -140,19 +151,28 @@ class RunWriter:
 
     def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
         """Save finished evaluations of the generation under way."""
+        rows = [to_row(generation, e) for e in evaluations]
         with self._transaction():
-            self._db.executemany(
-                f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})",
-                [to_row(generation, e) for e in evaluations],
-            )
+            self._db.executemany(f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})", rows)
+            if self._has_digests:
+                self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
 
-    def close_generation(self, algorithm: Snapshot, statistics: Any, seconds: float) -> None:
+    def insert(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
+        """Save rows of a table as another file of this format has them."""
+        with self._transaction():
+            for row in rows:
+                self._db.execute(f"INSERT INTO {table} VALUES ({','.join('?' * len(row))})", tuple(row))
+
+    def close_generation(
+        self, algorithm: Snapshot, statistics: Any, seconds: float, finished_at: str = ""
+    ) -> None:
         """Save what a generation left behind: the archives' changes, their statistics, the state.
 
         Args:
             algorithm: after its ``tell``.
             statistics: JSON-ready figures of the archives.
             seconds: computing time of the run so far.
+            finished_at: UTC date and time, of a generation that is saved anew; by default it ends now.
         """
         generation = algorithm.generation - 1
         held = {
@@ -163,11 +183,14 @@ class RunWriter:
         gone = [(generation, *key, None) for key in self._placed if key not in held]
         new = [(generation, *key, n) for key, n in held.items() if self._placed.get(key) != n]
         with self._transaction():
-            (n, failed) = self._db.execute("SELECT COUNT(*), COUNT(failure) FROM evaluations").fetchone()
+            # a recovered run may have evaluations of later generations already
+            (n, failed) = self._db.execute(
+                "SELECT COUNT(*), COUNT(failure) FROM evaluations WHERE generation <= ?", (generation,)
+            ).fetchone()
             self._db.executemany("INSERT INTO placements VALUES (?, ?, ?, ?)", [*gone, *new])
             self._db.execute(
                 "INSERT INTO generations VALUES (?, ?, ?, ?, ?, ?)",
-                (generation, n, failed, json.dumps(statistics), _now(), seconds),
+                (generation, n, failed, json.dumps(statistics), finished_at or _now(), seconds),
             )
             self._db.execute(
                 "INSERT OR REPLACE INTO state VALUES (1, ?, ?)",
@@ -178,6 +201,7 @@ class RunWriter:
     def close(self) -> None:
         """Fold the write-ahead log into the file, so that the file alone is the run, and let go."""
         with contextlib.suppress(sqlite3.Error):
+            self._db.execute(f"PRAGMA busy_timeout={CLOSE_PATIENCE}")
             # refused while somebody reads; then the log stays beside the file until the next close
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode=DELETE")
@@ -195,8 +219,18 @@ class RunWriter:
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
             if isinstance(e, sqlite3.Error):
-                raise _unwritable(self.path, e) from e
+                raise unwritable(self.path, e) from e
             raise
+
+
+def sync_folder(path: Path) -> None:
+    """Make sure that a new name in a folder outlives a power cut, where the system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _connect_for_writing(path: Path) -> sqlite3.Connection:
@@ -204,10 +238,11 @@ def _connect_for_writing(path: Path) -> sqlite3.Connection:
     db.row_factory = sqlite3.Row
     db.execute("PRAGMA journal_mode=WAL")
     db.execute("PRAGMA synchronous=FULL")
+    db.execute(f"PRAGMA journal_size_limit={LOG_LIMIT}")
     return db
 
 
-def _unwritable(path: Path, error: Exception) -> RunFileError:
+def unwritable(path: Path, error: Exception) -> RunFileError:
     """Return what to say of a run that cannot be written."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
