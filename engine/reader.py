@@ -101,7 +101,7 @@ class RunReader:
         self.path = path
         _check_header(path)
         self._mutex = threading.Lock()
-        self._db = _connect(path)
+        self._db = connect(path)
         try:
             self._check_format()
             with self.guard():
@@ -403,7 +403,12 @@ class _Damage:
             raise DamagedRunFile(self._path, f"is damaged: {error}") from None
 
 
-def _connect(path: Path) -> sqlite3.Connection:
+def connect(path: Path) -> sqlite3.Connection:
+    """Open a run file's database for reading.
+
+    Raises:
+        RunFileError: it cannot be read.
+    """
     where = urllib.parse.quote(str(path.absolute()))
     error: Exception | None = None
     modes = ["mode=ro"]

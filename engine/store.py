@@ -246,8 +246,8 @@ def unwritable(path: Path, error: Exception) -> RunFileError:
     """Return what to say of a run that cannot be written."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-    if full or getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
-        # SQLite and the system each say it in their way
+    # SQLite calls some full disks, quotas and limits an I/O error
+    if full or getattr(error, "sqlite_errorname", "").startswith(("SQLITE_FULL", "SQLITE_IOERR")):
         reason += (
             f"; what was finished is saved: make room there, then go on with 'tensatlas resume {path}'"
             if path.exists()
