@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from engine.errors import TensAtlasError
+from engine.errors import TensAtlasError, one_line
 from engine.lock import holder_of, lock_path
 from engine.reader import RunReader, connect
 from engine.records import digest
@@ -51,8 +51,8 @@ def check_run(path: Path) -> Iterator[Finding]:
             yield from _contents(path, reader)
             yield from _versions(path, reader)
             yield from _space(path, reader)
-    except TensAtlasError as e:
-        yield Finding("problem", str(e))
+    except (TensAtlasError, sqlite3.Error) as e:
+        yield Finding("problem", one_line(str(e)))
         yield from _what_is_left(path)
     yield from _lock(path)
     yield from _leftovers(path)
@@ -61,12 +61,13 @@ def check_run(path: Path) -> Iterator[Finding]:
 def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
     recover = f"tensatlas recover {path} --out NEW.tsmr saves what is whole"
     with contextlib.closing(connect(path)) as db:
+        db.text_factory = lambda b: b.decode(errors="surrogateescape")  # what is no text is found out below
         try:
             problems = [str(r[0]) for r in db.execute(f"PRAGMA integrity_check({_SHOWN})")]
         except sqlite3.Error as e:
             problems = [str(e)]
         if problems != ["ok"]:
-            lines = "; ".join(" ".join(p.split()) for p in problems)
+            lines = one_line("; ".join(problems))
             yield Finding("problem", f"SQLite finds damage: {lines}", recover)
             return
         yield Finding("ok", "SQLite finds no damage")

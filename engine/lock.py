@@ -163,6 +163,8 @@ class RunLock:
 
     def release(self) -> None:
         """Let go and remove the lock file, if it is still ours."""
+        if self._released.is_set():
+            return
         self._released.set()
         self._thread.join()
         with contextlib.suppress(OSError):

@@ -341,10 +341,20 @@ class RunReader:
                 f"{self.path} was written by a newer TensAtlas (format {version}, this one reads"
                 f" {FORMAT_VERSION}); update TensAtlas"
             )
-        for table, columns in _COLUMNS.items():
-            found = {r[1] for r in self._query(f"PRAGMA table_info({table})")}
-            if not found.issuperset(columns.split()):
+        self._check_tables()
+
+    def _check_tables(self) -> None:
+        """Make sure that there are plain tables only: a view or a computed column could run for ever."""
+        for kind, name in self._query("SELECT type, name FROM sqlite_master"):
+            if kind not in ("table", "index"):
+                raise RunFileError(f"{self.path} is not a TensAtlas run file: it has a {kind}, {name!r:.60}")
+        tables = _COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
+        for table, columns in tables.items():
+            found = {r[1]: r[6] for r in self._query(f"PRAGMA table_xinfo({table})")}
+            if not set(found).issuperset(columns.split()):
                 raise DamagedRunFile(self.path, f"is damaged: table {table} is not as expected")
+            if any(found.values()):  # 0 is an ordinary column; others are computed or hidden
+                raise RunFileError(f"{self.path} is not a TensAtlas run file: {table} has computed columns")
 
     def _checked(self, e: Evaluation) -> Evaluation:
         check_fits(self.config, e)
@@ -430,9 +440,10 @@ def connect(path: Path) -> sqlite3.Connection:
 def _unreadable(path: Path, error: Exception | None) -> RunFileError:
     """Return what to say of a run that SQLite cannot read: damage, or something in the way."""
     in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
-    if isinstance(error, in_the_way) and "malformed" not in str(error):
-        return RunFileError(f"{path} cannot be read: {error}")
-    return DamagedRunFile(path, f"cannot be read: {error}")
+    text = one_line(str(error))[:200]
+    if isinstance(error, in_the_way) and not any(w in text for w in ("malformed", "decode", "no such")):
+        return RunFileError(f"{path} cannot be read: {text}")
+    return DamagedRunFile(path, f"cannot be read: {text}")
 
 
 def _check_header(path: Path) -> None:

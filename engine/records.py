@@ -109,7 +109,7 @@ def digest(row: Sequence[Any]) -> bytes:
             case float():
                 kind, content = b"f", struct.pack(">d", value)
             case _:
-                kind, content = b"t", str(value).encode(errors="surrogatepass")
+                kind, content = b"t", str(value).encode(errors="surrogateescape")
         found.update(kind + len(content).to_bytes(8, "big") + content)
     return found.digest()
 
