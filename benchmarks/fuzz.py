@@ -274,12 +274,8 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "run file's log": Kind(_a_log(folder), _read_log, mutate=overwrite),
         "lock file": Kind(json.dumps(lock).encode(), _read_lock, mutate=mutate_json),
         "configuration": Kind(json.dumps(to_json(config)).encode(), _read_config, mutate=mutate_json),
-        "morphology": Kind(
-            json.dumps(e.solution.morphology.to_json()).encode(), _read_body, mutate=mutate_json
-        ),
-        "controller": Kind(
-            json.dumps(e.solution.controller.to_json()).encode(), _read_brain, mutate=mutate_json
-        ),
+        "morphology": Kind(body, _read_body, mutate=mutate_json),
+        "controller": Kind(brain, _read_brain, mutate=mutate_json),
         "re-evaluation": Kind(json.dumps(robust).encode(), _read_robust, mutate=mutate_json),
         "failure dump": Kind(_a_dump(folder, e, config), _read_dump),
         # a task file is code that its user names: it is run, but an error in it is one line

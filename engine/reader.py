@@ -23,6 +23,7 @@ from engine.errors import (
     RunFileError,
     TensAtlasError,
     UnknownTask,
+    one_line,
 )
 from engine.evaluation import Evaluation
 from engine.lock import is_being_written
