@@ -95,9 +95,8 @@ def test_what_is_wrong_with_a_run_is_said(capsys, small_run, tmp_path, sql, said
 def test_a_run_that_is_damaged_locked_and_of_other_versions(capsys, small_run, tmp_path):
     path = shutil.copy(small_run, tmp_path / "run.tsmr")
     db = sqlite3.connect(path, isolation_level=None)
-    db.execute(
-        "UPDATE meta SET value = replace(value, '\"physics\": \"', '\"physics\": \"0') WHERE key = 'versions'"
-    )
+    physics = 'replace(value, \'"physics": "\', \'"physics": "0\')'
+    db.execute(f"UPDATE meta SET value = {physics} WHERE key = 'versions'")
     db.close()
     lock_path(path).write_text("12345")
     status, lines, _ = run(capsys, "doctor", path)

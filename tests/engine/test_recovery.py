@@ -2,6 +2,7 @@ import dataclasses
 import random
 import shutil
 import sqlite3
+from pathlib import Path
 
 import pytest
 from made_up import MADE_UP, MadeUpEvaluator
@@ -16,6 +17,8 @@ from engine.recovery import recover
 from engine.salvage import salvage
 from engine.schema import FORMAT_VERSION
 
+OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
+"""A run of the first format."""
 SMALL = dataclasses.replace(MADE_UP, evaluations=38, refit_generations=(0, 2))
 
 
@@ -73,10 +76,7 @@ def test_every_row_of_a_whole_file_is_found(whole):
         rows = [r for r in found.rows if len(r.values) == n_columns and (r.rowid is not None) == has_rowid]
         columns = "archive, cell, generation, evaluation" if table == "placements" else "*"
         wanted = db.execute(f"SELECT {columns} FROM {table}").fetchall()
-        if has_rowid:
-            got = [(r.rowid, *r.values[1:]) for r in rows]
-        else:
-            got = [r.values for r in rows]
+        got = [(r.rowid, *r.values[1:]) for r in rows] if has_rowid else [r.values for r in rows]
         assert sorted(got, key=repr) == sorted(wanted, key=repr)
     db.close()
 
@@ -217,7 +217,7 @@ def test_a_flipped_digit_is_noticed_named_and_computed_again(whole, tmp_path):
 def test_a_run_that_lost_its_configuration_borrows_one(whole, tmp_path):
     path, out = shutil.copy(whole, tmp_path / "lost.tsmr"), tmp_path / "new.tsmr"
     change(path, "UPDATE meta SET value = '{' WHERE key = 'config'")
-    with pytest.raises(RunFileError, match="lost its configuration.*--like"):
+    with pytest.raises(RunFileError, match=r"lost its configuration.*--like"):
         recover(path, out)
     assert recover(path, out, like=whole).n_evaluations == 38
     assert hash_of(out) == hash_of(whole)
@@ -257,7 +257,7 @@ def test_nothing_is_overwritten_and_nothing_is_left_behind(whole, tmp_path):
 
 def test_a_run_that_is_being_written_is_left_alone(whole, tmp_path):
     path = shutil.copy(whole, tmp_path / "run.tsmr")
-    with engine.run.RunWriter.open(path), pytest.raises(RunFileError, match="is being written .*stop"):
+    with engine.run.RunWriter.open(path), pytest.raises(RunFileError, match=r"is being written .*stop"):
         recover(path, tmp_path / "new.tsmr")
 
 
@@ -307,11 +307,10 @@ def test_going_on_with_a_run_leaves_its_format(tmp_path):
     assert not problems(path)
 
 
-def test_an_older_format_is_recovered_without_digests(tmp_path, small_run):
-    path, out = shutil.copy(small_run, tmp_path / "old.tsmr"), tmp_path / "new.tsmr"
-    change(path, "DROP TABLE digests", "PRAGMA user_version=1")
-    change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 12")
+def test_an_older_format_is_recovered_without_digests(tmp_path):
+    path, out = shutil.copy(OLD, tmp_path / "old.tsmr"), tmp_path / "new.tsmr"
+    change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 590")
     found = recover(path, out)
-    assert found.damaged == [12]
-    assert found.n_evaluations == 17
+    assert found.damaged == [590]
+    assert (found.n_generations, found.n_evaluations) == (15, 599)
     assert not problems(out)
