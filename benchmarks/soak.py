@@ -175,7 +175,7 @@ def soak(arguments: Arguments, folder: Path) -> list[Row]:
     """Run it; return the figures."""
     path, port = folder / "soak.tsmr", _free_port()
     evolution = _start(
-        *("evolve", path, "--preset", "smoke", "--evaluations", 2_000_000, "--initial", 48, "--workers", 1),
+        *("evolve", path, "--preset", "smoke", "--evaluations", 2_000_000, "--initial", 12, "--workers", 1),
         *("--batch-size", arguments.batch, "--seed", arguments.seed, "--trials.repeats", 1),
         *("--trials.settle-time", 0.2, "--trials.open-loop-time", 0.2),
     )
@@ -285,7 +285,7 @@ def _start(*arguments: object) -> subprocess.Popen[bytes]:
     )
 
 
-def _wait(condition: Any, seconds: float = 120.0) -> None:
+def _wait(condition: Any, seconds: float = 600.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

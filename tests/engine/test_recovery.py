@@ -144,7 +144,7 @@ def test_a_file_cut_at_any_page_is_refused_and_what_is_there_is_saved(whole, tmp
         cut.write_bytes(content[:n])
         with pytest.raises(RunFileError, match=r"cut short: \d+ of \d+ bytes; save .*tensatlas recover"):
             RunReader(cut)
-        if (n // 4096) % 3 and n < len(content) - 8192:
+        if (n // 4096) % 4 and n < len(content) - 8192:
             continue
         try:
             found = recover(cut, out)
@@ -160,7 +160,7 @@ def test_a_file_cut_at_any_page_is_refused_and_what_is_there_is_saved(whole, tmp
         out.unlink()
     assert saved == sorted(saved)
     assert saved[-1] >= 36
-    assert len(saved) > len(pages) / 6
+    assert len(saved) > len(pages) / 8
 
 
 def test_overwritten_pages_cost_only_what_was_on_them(whole, tmp_path):
@@ -168,7 +168,7 @@ def test_overwritten_pages_cost_only_what_was_on_them(whole, tmp_path):
     broken, out = tmp_path / "broken.tsmr", tmp_path / "new.tsmr"
     n_pages, wanted, rng = len(content) // 4096, hash_of(whole), random.Random(3)
     n_saved = 0
-    for _ in range(10):
+    for _ in range(6):
         data = bytearray(content)
         for page in rng.sample(range(3, n_pages), 2):
             data[4096 * page : 4096 * page + 4096] = rng.randbytes(4096)
@@ -178,7 +178,7 @@ def test_overwritten_pages_cost_only_what_was_on_them(whole, tmp_path):
         assert not problems(out)
         assert finish(out) == wanted
         out.unlink()
-    assert n_saved > 10 * 30
+    assert n_saved > 6 * 30
 
 
 def test_evaluations_after_a_gap_are_used_when_the_run_comes_there(whole, tmp_path):
