@@ -13,12 +13,18 @@ from playwright.sync_api import Page, expect
 from processes import free_port
 from widgets import choose, field_of
 
-from app import evolution
 from app.explore import serve
+from engine.lock import holder_of
 from engine.reader import RunReader
 from engine.store import is_being_written
 
 Visit = Callable[[str], Page]
+
+
+def kill(run: Path) -> None:
+    holder = holder_of(run)
+    assert holder is not None
+    os.kill(holder.pid, signal.SIGKILL)
 
 
 def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
@@ -69,11 +75,11 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
         assert is_being_written(run)
         with serve([small_run], host="127.0.0.1", port=port):
             expect(page.locator(".ta-status")).to_contain_text("live")
-            os.kill(evolution.writer(run), signal.SIGKILL)
+            kill(run)
             expect(page.locator(".ta-status")).to_contain_text("stopped")
             expect(page.locator(".ta-trouble")).to_contain_text(
                 "The process ended before the run was complete"
             )
     finally:
         if is_being_written(run):
-            os.kill(evolution.writer(run), signal.SIGKILL)
+            kill(run)
