@@ -73,8 +73,10 @@ class Renderer:
         self._trail_start = max(round(-replay.start_time / replay.frame_period) - 1, 0)
 
     def picture(self, moment: float) -> Image.Image:
-        """Return the picture of a time of the trial's clock, in s; between frames it interpolates, and what
-        lies outside of what was simulated is its start or end."""
+        """Return the picture of a time of the trial's clock, in s.
+
+        Between frames it interpolates; outside of what was simulated it shows the start or the end.
+        """
         replay = self._replay
         moment = min(max(moment, replay.start_time), replay.frames[-1].time)
         at = np.clip((moment - replay.start_time) / replay.frame_period - 1.0, 0.0, len(replay.frames) - 1.0)
