@@ -81,7 +81,7 @@ class Network:
     """
 
     def __init__(self, controller: Controller, n_modules: int) -> None:
-        plan = _Plan(controller, 2 * n_modules)
+        plan = Plan(controller, 2 * n_modules)
         self._batch = NetworkBatch([controller], n_outputs=2 * n_modules)
         self.n_inputs = controller.n_inputs
         self.outputs = list(range(2 * n_modules))
