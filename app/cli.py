@@ -75,6 +75,7 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Resume, tyro.conf.subcommand("resume")]
         | Annotated[c.Info, tyro.conf.subcommand("info")]
         | Annotated[c.Export, tyro.conf.subcommand("export")]
+        | Annotated[c.Record, tyro.conf.subcommand("record")]
         | Annotated[c.ReplayDump, tyro.conf.subcommand("replay-dump")]
         | Annotated[c.Verify, tyro.conf.subcommand("verify")]
         | Annotated[c.Reevaluate, tyro.conf.subcommand("reevaluate")]
@@ -128,6 +129,8 @@ def _dispatch(command: c.Command, console: Console) -> None:
             _info(command.run, command.json)
         case c.Export():
             _export(command, console)
+        case c.Record():
+            _record(command, console)
         case c.Verify():
             _verify(command)
         case c.Reevaluate():
@@ -255,6 +258,17 @@ def _export(command: c.Export, console: Console) -> None:
         number = find_elite(reader, command.archive, parse_cell(command.cell))
         write_folder(export_files(reader, number), command.out)
     console.print(f"Wrote robot {number} to {command.out}; start with its README.md", markup=False)
+
+
+def _record(command: c.Record, console: Console) -> None:
+    # what draws takes a while to import
+    from app.recording import check, record_elite
+
+    check(command)
+    with RunReader(command.run) as reader:
+        number = find_elite(reader, command.archive, parse_cell(command.cell))
+        record_elite(command, reader, number, console)
+    console.print(f"Wrote robot {number} to {command.out}", markup=False)
 
 
 def _verify(command: c.Verify) -> None:

@@ -87,6 +87,30 @@ class Export:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Record:
+    """Write a replay of one robot as a video, a picture or a page that plays without a server."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
+    cell: str
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    out: Path
+    """File to write: *.mp4, *.png or *.html."""
+    target: int = 0
+    """Target of the trial, from 0."""
+    repeat: int = 0
+    """Noise seed of the trial, from 0, among those the robot was evaluated with."""
+    at: float | None = None
+    """Moment of the picture, in s of the trial; without it the end."""
+    speed: float = 1.0
+    """Seconds of the trial in a second of the video."""
+    light: bool = False
+    """Picture or video on a bright ground."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Verify:
     """Simulate an elite again, with fresh noise and, if asked for, another physics.
 
@@ -231,6 +255,7 @@ Command = (
     | Resume
     | Info
     | Export
+    | Record
     | Verify
     | ReplayDump
     | Table

@@ -23,6 +23,7 @@ from app.player import Player
 from app.run_panel import RunPanel
 from app.shared_scale import SharedScale
 from app.state import Selection, SessionState
+from app.takeaway import Takeaway
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.archive import Cell
@@ -85,6 +86,14 @@ class Session:
                 ancestor_chosen=guarded(self.choose_ancestor),
             ),
         )
+        self._takeaway = Takeaway(
+            client,
+            self._state,
+            library,
+            self._actions,
+            budget=self._budget,
+            moment=lambda: self._player.time,
+        )
         self._run = RunPanel(
             client,
             self._actions,
@@ -143,6 +152,24 @@ class Session:
                 icon.DOWNLOAD,
                 guarded(self.export, alone=False),
             ),
+            Command(
+                "Add this robot to the basket",
+                "Keep it, to download several at once",
+                icon.BASKET,
+                guarded(self._takeaway.add),
+            ),
+            Command(
+                "Save the replay as a video",
+                "An MP4 of the trial that is shown",
+                icon.MOVIE,
+                guarded(lambda: self._takeaway.record("mp4")),
+            ),
+            Command(
+                "Save the replay as a page",
+                "One HTML file that plays without a server",
+                icon.FILE_CODE,
+                guarded(lambda: self._takeaway.record("html")),
+            ),
         ]
         run = self._run
         steering = [
@@ -199,6 +226,7 @@ class Session:
             self._navigation.close()
             self._library.unwatch(self)
             self._growth.stop()
+            self._takeaway.close()
             self._player.close()
 
     def open_run(self, path: Path) -> None:
@@ -212,6 +240,7 @@ class Session:
         self._player.unload()
         self._arena.clear()
         self._robot.show_no_robot()
+        self._takeaway.panel.allow_robot(False)
         self._board.clear()
         self._state.begin(path, reader)
         task = get_task(reader.config.task)
@@ -310,6 +339,7 @@ class Session:
         self._robot.show_robot(
             self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
+        self._takeaway.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
         self.choose_trial(target, repeat, fresh)
 
