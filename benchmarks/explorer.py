@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import random
 import sys
 import tempfile
 import time
@@ -91,12 +90,12 @@ def main(arguments: Arguments) -> int:
     with tempfile.TemporaryDirectory(prefix="tensatlas-benchmark-") as name:
         folder = Path(name)
         ten = folder / "ten.tsmr"
-        write_run(ten, evaluations=360, modules=MAX_MODULES)
-        cells = filled_cells(ten)
+        write_run(ten, evaluations=2 * a.selections + 200, initial=200, modules=MAX_MODULES)
+        robots = places(ten)
         with explorer([ten], folder) as server:
-            rows += first_frames(server, cells, a.clicks)
-            rows += replays(server, cells, a.clients, a.seconds)
-            rows += memory(server, cells, a.selections)
+            rows += first_frames(server, robots, a.clicks)
+            rows += replays(server, robots, a.clients, a.seconds)
+            rows += memory(server, robots, a.selections)
         long = folder / "long.tsmr"
         write_run(long, evaluations=a.evaluations)
         with explorer([ten, long], folder) as server:
@@ -108,24 +107,34 @@ def main(arguments: Arguments) -> int:
     return int(not passed)
 
 
-def filled_cells(path: Path) -> list[str]:
-    """Return the filled cells of a run's controller map, as a click names them, in a random order."""
+@dataclasses.dataclass(frozen=True, slots=True)
+class Place:
+    """Where a robot can be clicked: a generation of the slider and a cell as a click names it."""
+
+    generation: int
+    cell: str
+
+
+def places(path: Path) -> list[Place]:
+    """Return where robots can be clicked that were elites of a run's controller map, the newest first.
+
+    Without those of the last generation, which is the one that is shown at first.
+    """
     with RunReader(path) as reader:
-        found = reader.placements("controller", reader.finished_generation("controller").number)
-    cells = [f"controller:{cell_name(cell)}" for cell in found]
-    random.Random(0).shuffle(cells)
-    return cells
+        changes, last = reader.placement_changes("controller"), reader.last_generation()
+    found = {n: Place(g, f"controller:{cell_name(cell)}") for g, cell, n in changes if n and g != last}
+    return sorted(found.values(), key=lambda p: -p.generation)
 
 
-def first_frames(server: ServerProcess, cells: Sequence[str], n: int) -> list[Row]:
+def first_frames(server: ServerProcess, robots: Sequence[Place], n: int) -> list[Row]:
     """Click robots for the first time, then again."""
     rows = []
     with SyntheticBrowser(server.address) as browser:
         opened(browser)
-        select(browser, cells[-1])  # what the first click of all loads is not the robot's
+        select(browser, robots[n])  # what the first click of all loads is not the robot's
         for what, goal in (("for the first time", UNCACHED), ("again", CACHED)):
             cpu = server.cpu()
-            waits = [select(browser, cell) for cell in cells[:n]]
+            waits = [select(browser, robot) for robot in robots[:n]]
             cpu = (server.cpu() - cpu) / n
             slow = float(np.percentile(waits, 95))
             rows.append(
@@ -140,14 +149,14 @@ def first_frames(server: ServerProcess, cells: Sequence[str], n: int) -> list[Ro
     return rows
 
 
-def replays(server: ServerProcess, cells: Sequence[str], n: int, seconds: float) -> list[Row]:
+def replays(server: ServerProcess, robots: Sequence[Place], n: int, seconds: float) -> list[Row]:
     """Replay for several browsers at once what has been simulated."""
     with contextlib.ExitStack() as stack:
         browsers = [stack.enter_context(SyntheticBrowser(server.address)) for _ in range(n)]
         for browser in browsers:
             opened(browser)
             browser.set("Loop", True)
-            select(browser, cells[0])
+            select(browser, robots[0])
         for browser in browsers:  # until nothing is left to simulate: then playing is all that costs
             browser.wait(html_with(SIMULATED), 0)
         frames, n_bytes = [b.n_frames for b in browsers], sum(b.n_bytes for b in browsers)
@@ -169,20 +178,19 @@ def replays(server: ServerProcess, cells: Sequence[str], n: int, seconds: float)
     ]
 
 
-def memory(server: ServerProcess, cells: Sequence[str], n: int) -> list[Row]:
+def memory(server: ServerProcess, robots: Sequence[Place], n: int) -> list[Row]:
     """Select robots one after the other and watch what the server holds."""
     warm = min(WARM, n // 2)
     with SyntheticBrowser(server.address) as browser:
         opened(browser)
-        for k in range(warm):
-            select(browser, cells[k % len(cells)])
-        before = server.memory()
-        for k in range(warm, n):
-            select(browser, cells[k % len(cells)])
+        for k, robot in enumerate(robots[:n]):
+            if k == warm:
+                before = server.memory()
+            select(browser, robot)
         after = server.memory()
     return [
         Row(
-            f"memory after {n} selections",
+            f"memory after {len(robots[:n])} robots selected, one after the other",
             f"{after:.0f} MB, {after - before:+.1f} MB since {warm}",
             f"no more than {GROWTH:+.0f} MB",
             after - before <= GROWTH,
@@ -218,7 +226,9 @@ def opening(server: ServerProcess, evaluations: int) -> list[Row]:
 def updating(folder: Path, evaluations: int, n: int) -> list[Row]:
     """Add generations to a run that a browser watches."""
     path = folder / "live.tsmr"
-    config = dataclasses.replace(preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2))
+    config = dataclasses.replace(
+        preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2)
+    )
     with SyntheticRun(path, config) as run:
         run.add_generation()
         with explorer([path], folder) as server, SyntheticBrowser(server.address) as browser:
@@ -258,10 +268,15 @@ def opened(browser: SyntheticBrowser) -> None:
     browser.wait(html_with('data-c="controller:'), 0)
 
 
-def select(browser: SyntheticBrowser, cell: str) -> float:
-    """Click a cell and return the seconds until its robot is there."""
+def select(browser: SyntheticBrowser, robot: Place) -> float:
+    """Click a robot and return the seconds until it is there."""
+    if browser.generation != robot.generation:
+        mark = browser.mark()
+        browser.set("Generation", robot.generation)
+        browser.wait(html_with("ta-trend"), mark)
+        browser.generation = robot.generation
     mark, started = browser.mark(), time.perf_counter()
-    browser.click(cell)
+    browser.click(robot.cell)
     arrived = browser.wait(brings_robot, mark)
     browser.wait(moves_robot, mark)
     return arrived - started

@@ -55,6 +55,8 @@ class SyntheticBrowser:
         self._nonce = itertools.count(1)
         self._uuids: dict[str, str] = {}
         self._closed = False
+        self.generation = -1
+        """That the maps show; for whoever moves the slider to remember."""
         self.n_bytes = 0
         """Received so far."""
         self.n_frames = 0

@@ -112,18 +112,16 @@ class SyntheticRun:
         return tuple(self._rng.randrange(n) for n in CONTROLLER_SHAPE)
 
 
-def write_run(path: Path, *, evaluations: int, modules: int | None = None, batch_size: int = 24) -> RunConfig:
+def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int | None = None) -> RunConfig:
     """Write a finished run with the trials of the published experiment.
 
     Args:
         path: of the run file, which must not exist.
         evaluations: in all.
+        initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
-        batch_size: of its generations.
     """
-    config = dataclasses.replace(
-        preset("paper"), evaluations=evaluations, initial=min(1080, evaluations), batch_size=batch_size
-    )
+    config = dataclasses.replace(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
     with SyntheticRun(path, config, modules=modules) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()
