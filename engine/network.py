@@ -23,6 +23,8 @@ class NetworkBatch:
     def __init__(self, controllers: Sequence[Controller], *, n_outputs: int = N_OUTPUTS) -> None:
         plans = [_Plan(c, n_outputs) for c in controllers]
         self.n_inputs = controllers[0].n_inputs
+        self.hidden_keys = [tuple(p.hidden) for p in plans]
+        """Per network the keys of the hidden nodes that its outputs depend on."""
         self._depth = max(p.depth for p in plans)
         n_hidden = max(len(p.hidden) for p in plans)
         shape = (len(plans), n_hidden)
@@ -48,6 +50,18 @@ class NetworkBatch:
         Returns:
             (networks, samples, n_outputs) array of outputs, each in (0, 1).
         """
+        return self.activations(inputs)[1]
+
+    def activations(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Evaluate every network on its own inputs and return all its neurons.
+
+        Args:
+            inputs: (networks, samples, n_inputs) array.
+
+        Returns:
+            (networks, samples, n_hidden) hidden neurons, each network's in the order of ``hidden_keys`` and
+            padded; (networks, samples, n_outputs) outputs. All in (0, 1).
+        """
         n_hidden = self._hidden_bias.shape[1]
         hidden = np.zeros((*inputs.shape[:2], n_hidden))
         # hidden nodes `depth` links away from the inputs are final after `depth` sweeps
@@ -55,7 +69,7 @@ class NetworkBatch:
             sources = np.concatenate([inputs, hidden], axis=2)
             hidden = _layer(sources, self._hidden_weights, self._hidden_bias)
         sources = np.concatenate([inputs, hidden], axis=2)
-        return _layer(sources, self._output_weights, self._output_bias)
+        return hidden, _layer(sources, self._output_weights, self._output_bias)
 
 
 def _layer(sources: np.ndarray, weights: np.ndarray, bias: np.ndarray) -> np.ndarray:
