@@ -6,14 +6,17 @@ from pathlib import Path
 
 import viser
 
-from app import archives_panel, robot_panel, transport
+from app import archives_panel, pins_panel, robot_panel, transport
 from app.actions import Actions
 from app.arena import Arena
 from app.compare_panel import ComparePanel
+from app.lanes import LaneReplay
 from app.library import Library, RunStatus
 from app.map_board import MapBoard
+from app.pins_panel import PinsPanel
 from app.player import Player
 from app.run_panel import RunPanel
+from app.stage import Stage
 from app.state import Selection, SessionState
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
@@ -24,6 +27,7 @@ from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.robot_differences import Entry
 
 
 class Session:
@@ -41,6 +45,7 @@ class Session:
         self._actions = Actions(client)
         self._mutex, guarded = self._actions.mutex, self._actions.guarded
         self._arena = Arena(client)
+        self._stage = Stage(client, self._arena)
         self._player = Player(self._show_frame, self._player_stopped)
         self._archives = archives_panel.ArchivesPanel(
             client,
@@ -58,6 +63,7 @@ class Session:
         self._robot = robot_panel.RobotPanel(
             client, robot_panel.Events(export=guarded(self.export, alone=False))
         )
+        self._pins = PinsPanel(client, self._actions, pins_panel.Events(play=self._play))
         self._run = RunPanel(client, self._actions, shown=lambda: self._state.path, show=self.open_run)
         self._transport = transport.TransportPanel(
             client,
@@ -82,8 +88,9 @@ class Session:
         """
         reader = self._library.reader(path)
         self._player.unload()
-        self._arena.clear()
+        self._stage.clear()
         self._robot.show_no_robot()
+        self._pins.choose(None)
         self._board.clear()
         self._state.begin(path, reader)
         task = get_task(reader.config.task)
@@ -135,18 +142,34 @@ class Session:
             reader.config, chosen.evaluation, f"{archive} cell {chosen.cell}", chosen.entered
         )
         self._board.choose(archive, number)
+        self._pins.choose(
+            Entry(
+                path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
+            )
+        )
         self.choose_trial(0, 0)
 
     def choose_trial(self, target: int, repeat: int) -> None:
-        """Replay a trial of the chosen robot."""
-        chosen = self._state.selection
-        if chosen is None:
+        """Replay a trial of the chosen robot, or of those side by side."""
+        self._state.target, self._state.repeat = target, repeat
+        self._play()
+
+    def _play(self) -> None:
+        """Replay the present trial from its start."""
+        state, chosen = self._state, self._state.selection
+        if self._pins.side_by_side:
+            self._stage.prepare(self._pins.lane_names())
+            self._player.load(self._pins.replay(state.target, state.repeat))
+        elif chosen is None:
+            self._player.unload()
+            self._stage.clear()
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        replay = Replay(self._reader().config, chosen.evaluation, target=target, repeat=repeat)
-        self._state.target, self._state.repeat = target, repeat
-        self._transport.select_trial(target, repeat)
-        self._player.load(replay)
+        else:
+            self._player.load(
+                Replay(self._reader().config, chosen.evaluation, target=state.target, repeat=state.repeat)
+            )
+        self._transport.select_trial(state.target, state.repeat)
         self._transport.refresh()
 
     def export(self) -> None:
@@ -238,7 +261,9 @@ class Session:
 
     def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
-            self._arena.show(replay, index)
+            self._stage.show(replay, index)
+            if isinstance(replay, LaneReplay):
+                self._pins.tell(replay, replay.frames[index].time)
             self._transport.tick()
 
     def _player_stopped(self) -> None:

@@ -38,3 +38,6 @@ def color_at(part: float, name: str = "viridis") -> str:
 
 WALL = (150, 178, 214)
 WALL_EDGE = (190, 210, 236)
+LANES: Final = ((255, 93, 143), (255, 180, 84), (122, 162, 247), (158, 206, 106))
+"""Of robots side by side, in their order."""
+LANE_LINE: Final = (110, 118, 132)
