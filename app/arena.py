@@ -125,7 +125,7 @@ class Arena:
             self._nodes.batched_positions = drawing.nodes
             self._cables.points = drawing.cables
             if colored != self._colored:
-                self._cables.colors = drawing.cable_colors
+                self._cables.colors = theme.linear(drawing.cable_colors)
             self._layer.show(index, marks, self._facing())
         self._colored = colored
         if self.follow:
@@ -166,7 +166,7 @@ class Arena:
             batched_wxyzs=drawing.rod_turns,
             batched_positions=drawing.rod_positions,
             batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
-            batched_colors=_linear(geometry.rod_colors),
+            batched_colors=theme.linear(geometry.rod_colors),
             lod="off",
         )
         self._nodes = self._scene.add_batched_meshes_simple(
@@ -176,11 +176,11 @@ class Arena:
             batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(drawing.nodes), 1)),
             batched_positions=drawing.nodes,
             batched_scales=geometry.node_radii,
-            batched_colors=_linear(geometry.node_colors),
+            batched_colors=theme.linear(geometry.node_colors),
             lod="off",
         )
         self._cables = self._scene.add_line_segments(
-            "/robot/cables", drawing.cables, drawing.cable_colors, thickness=0.0012
+            "/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles = [self._rods, self._nodes, self._cables]
         self._layer = MarkLayer(self._scene, replay)
@@ -263,10 +263,3 @@ class Arena:
             if arrived or time.monotonic() - since > CAMERA_PATIENCE:
                 self._placed = None
         return self._placed is None
-
-
-def _linear(colors: np.ndarray) -> np.ndarray:
-    """Return sRGB colours as the linear ones that batched meshes take, (n, 3) uint8."""
-    part = colors / 255.0
-    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-    return np.round(255.0 * linear).astype(np.uint8)
