@@ -101,6 +101,12 @@ class MapBoard:
             meaning=axis_text.describe(picture.axes, cell),
         )
 
+    def holder(self, archive: str, cell: Cell) -> int | None:
+        """Return the number of the evaluation that a cell of an archive holds in the shown generation."""
+        content = self._contents.get(archive)
+        elite = None if content is None else content.elites.get(cell)
+        return None if elite is None else elite.number
+
     def _redraw(self, before: list[Picture] | None = None) -> None:
         if self._reader is None or self._generation is None:
             return

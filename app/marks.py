@@ -66,7 +66,7 @@ class MarkLayer:
         self._numbers = scene.add_line_segments(
             f"{prefix}/robot/numbers",
             np.zeros((len(colors), 2, 3), dtype=np.float32),
-            colors,
+            theme.linear(colors),
             thickness=0.0022,
             visible=False,
         )

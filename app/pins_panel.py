@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import viser
 
@@ -88,9 +88,9 @@ class PinsPanel:
         put_html(self._now, "")
         self._show()
 
-    def replay(self, target: int, repeat: int) -> LaneReplay:
+    def replay(self, target: int, repeat: int, fresh: int) -> LaneReplay:
         """Return the replay of the pinned robots; of a run with fewer targets or seeds its last one."""
-        return lane_replay(self._pins, target, repeat)
+        return lane_replay(self._pins, target, repeat, fresh)
 
     def lane_names(self) -> list[str]:
         """Return what the lanes are labelled with."""
@@ -156,13 +156,14 @@ class PinsPanel:
         return next(same, None)
 
 
-def lane_replay(robots: list[Entry], target: int, repeat: int) -> LaneReplay:
+def lane_replay(robots: Sequence[Entry], target: int, repeat: int, fresh: int = 0) -> LaneReplay:
     """Return a replay of robots in step: their trials towards one target with one noise seed.
 
     Args:
         robots: one to four.
         target: counted from 0; of a run with fewer targets its last one.
         repeat: which noise seed, the same way.
+        fresh: number of fresh noise, 0 for the evaluated one.
 
     Raises:
         InvalidData: today's robots do not survive the physics of one's run.
@@ -176,6 +177,7 @@ def lane_replay(robots: list[Entry], target: int, repeat: int) -> LaneReplay:
                 robot.evaluation,
                 target=min(target, n_targets - 1),
                 repeat=min(repeat, repeats - 1),
+                fresh=fresh,
             )
         )
     return LaneReplay(lanes)

@@ -69,7 +69,7 @@ class RobotDrawing:
             batched_wxyzs=drawing.rod_turns,
             batched_positions=drawing.rod_positions,
             batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
-            batched_colors=_linear(geometry.rod_colors),
+            batched_colors=theme.linear(geometry.rod_colors),
             lod="off",
         )
         self._nodes = scene.add_batched_meshes_simple(
@@ -79,11 +79,11 @@ class RobotDrawing:
             batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(drawing.nodes), 1)),
             batched_positions=drawing.nodes,
             batched_scales=geometry.node_radii,
-            batched_colors=_linear(geometry.node_colors),
+            batched_colors=theme.linear(geometry.node_colors),
             lod="off",
         )
         self._cables = scene.add_line_segments(
-            f"{prefix}/robot/cables", drawing.cables, drawing.cable_colors, thickness=0.0012
+            f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
         self._layer = MarkLayer(scene, replay, prefix=prefix, trail=trail)
@@ -120,7 +120,7 @@ class RobotDrawing:
         self._cables.points = drawing.cables
         colored = (index // COLOR_STEP if marks.tension else 0, marks.tension)
         if colored != self._colored:
-            self._cables.colors = drawing.cable_colors
+            self._cables.colors = theme.linear(drawing.cable_colors)
         self._colored = colored
         self._layer.show(index, marks, facing)
 
@@ -173,10 +173,3 @@ class RobotDrawing:
                     f"{self._prefix}/walls/edges", points, theme.WALL_EDGE, thickness=0.002
                 )
             )
-
-
-def _linear(colors: np.ndarray) -> np.ndarray:
-    """Return sRGB colours as the linear ones that batched meshes take, (n, 3) uint8."""
-    part = colors / 255.0
-    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-    return np.round(255.0 * linear).astype(np.uint8)

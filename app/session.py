@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
+import threading
 from pathlib import Path
 
 import viser
 
 from app import archives_panel, pins_panel, robot_panel, transport
 from app.actions import Actions
+from app.address import AddressBar, Place, find_run, run_name
 from app.arena import Arena
 from app.compare_panel import ComparePanel
 from app.lanes import LaneReplay
 from app.library import Library, RunStatus
+from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
+from app.marks import Marks
 from app.pins_panel import PinsPanel
 from app.player import Player
 from app.run_panel import RunPanel
 from app.stage import Stage
 from app.state import Selection, SessionState
+from app.upload import Uploads
+from app.viser_private import Gate
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.export import export_files
@@ -29,6 +36,9 @@ from engine.tasks import get_task
 from engine.zip_file import zip_bytes
 from viz.robot_differences import Entry
 
+PATIENCE = 4.0
+"""Seconds that a browser has to say what it came for."""
+
 
 class Session:
     """Builds the panels of a client and connects them.
@@ -36,9 +46,13 @@ class Session:
     Args:
         client: the browser.
         library: the runs on offer.
+        gate: that checks what the browser sends.
+        read_only: whether the browser is a visitor's, who may look only.
     """
 
-    def __init__(self, client: viser.ClientHandle, library: Library) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, library: Library, *, gate: Gate, read_only: bool = False
+    ) -> None:
         self._client = client
         self._library = library
         self._state = SessionState()
@@ -46,7 +60,8 @@ class Session:
         self._mutex, guarded = self._actions.mutex, self._actions.guarded
         self._arena = Arena(client)
         self._stage = Stage(client, self._arena)
-        self._player = Player(self._show_frame, self._player_stopped)
+        self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
+        self._player = Player(self._show_frame, self._player_stopped, self._may_simulate)
         self._archives = archives_panel.ArchivesPanel(
             client,
             library.facts,
@@ -58,25 +73,42 @@ class Session:
                 coloring_chosen=guarded(self._set_coloring),
             ),
         )
+        if not read_only:
+            Uploads(self._archives.picker.upload, gate, self._actions, self.open_run)
+            self._archives.picker.allow_upload()
         self._board = MapBoard(self._archives)
         self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
         self._robot = robot_panel.RobotPanel(
-            client, robot_panel.Events(export=guarded(self.export, alone=False))
+            client,
+            robot_panel.Events(
+                export=guarded(self.export, alone=False),
+                ancestor_chosen=guarded(self.choose_ancestor),
+            ),
         )
-        self._pins = PinsPanel(client, self._actions, pins_panel.Events(play=self._play))
+        self._pins = PinsPanel(client, self._actions, pins_panel.Events(play=self._play_again))
         self._run = RunPanel(client, self._actions, shown=lambda: self._state.path, show=self.open_run)
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(trial_chosen=guarded(self.choose_trial), follow_changed=self._set_follow),
+            transport.Events(
+                trial_chosen=guarded(self.choose_trial),
+                follow_changed=self._set_follow,
+                marks_changed=self._set_marks,
+            ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        guarded(self._open_first)()
+        self._arrived = False
+        self._address = AddressBar(client.gui, guarded(self._arrive))
+        # a program that is no browser never says where it came for
+        self._impatience = threading.Timer(PATIENCE, guarded(self._arrive), [Place()])
+        self._impatience.daemon = True
+        self._impatience.start()
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
         with self._mutex:
             self._actions.closed = True
+            self._impatience.cancel()
             self._library.unwatch(self)
             self._player.close()
 
@@ -105,6 +137,7 @@ class Session:
         self._update(reader, status)
         self._transport.refresh()
         self._library.watch(self, path, self._run_moved, status)
+        self._show_address()
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -114,6 +147,7 @@ class Session:
         number = min(max(number, 0), last.number)
         self._state.follow_newest = number == last.number
         self._draw(reader, number)
+        self._show_address()
 
     def pick(self, map_name: str, cell: Cell) -> None:
         """Choose the robot that a cell of a map shows and replay it; say so if the cell is empty."""
@@ -128,49 +162,106 @@ class Session:
             return
         self.choose(picked.archive, picked.cell, picked.number)
 
-    def choose(self, archive: str, cell: Cell, number: int) -> None:
-        """Choose the robot of an evaluation, which a cell of an archive holds, and replay it.
+    def choose(
+        self,
+        archive: str,
+        cell: Cell | None,
+        number: int,
+        *,
+        target: int = 0,
+        repeat: int = 0,
+        fresh: int = 0,
+    ) -> None:
+        """Choose the robot of an evaluation and replay a trial of it.
+
+        Args:
+            archive: it was chosen in.
+            cell: of the archive that holds it, None if none does.
+            number: of the evaluation.
+            target: of the trial.
+            repeat: of the trial.
+            fresh: number of fresh noise, 0 for the evaluated one.
+
+        Raises:
+            RunFileError: the run has no such evaluation.
+            InvalidData: it was never tried so.
+        """
+        reader = self._reader()
+        self._state.selection = Selection(
+            archive,
+            cell,
+            reader.evaluation(number),
+            reader.generation_of(number),
+            tuple(reader.lineage(number)),
+        )
+        self._show_chosen(target, repeat, fresh)
+
+    def choose_ancestor(self, number: int) -> None:
+        """Choose a robot from the lineage of the one that was chosen before, and replay it, elite or not.
 
         Raises:
             RunFileError: the run has no such evaluation.
         """
+        if (origin := self._state.selection) is None:
+            return
         reader = self._reader()
-        chosen = self._state.selection = Selection(
-            archive, cell_name(cell), reader.evaluation(number), reader.generation_of(number)
+        self._state.selection = dataclasses.replace(
+            origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
+        self._show_chosen(self._state.target)
+
+    def _show_chosen(self, target: int = 0, repeat: int = 0, fresh: int = 0) -> None:
+        chosen = self._state.selection
+        assert chosen is not None
+        where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
+        if chosen.is_ancestor:
+            where = f"ancestor of robot {chosen.line[0].number}"
         self._robot.show_robot(
-            reader.config, chosen.evaluation, f"{archive} cell {chosen.cell}", chosen.entered
+            self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
-        self._board.choose(archive, number)
+        self._board.choose(chosen.archive, chosen.number)
+        reader = self._reader()
         self._pins.choose(
             Entry(
                 path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
             )
         )
-        self.choose_trial(0, 0)
+        self.choose_trial(target, repeat, fresh)
 
-    def choose_trial(self, target: int, repeat: int) -> None:
-        """Replay a trial of the chosen robot, or of those side by side."""
-        self._state.target, self._state.repeat = target, repeat
-        self._play()
+    def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
+        """Replay a trial of the chosen robot, or of those side by side.
 
-    def _play(self) -> None:
-        """Replay the present trial from its start."""
-        state, chosen = self._state, self._state.selection
+        Args:
+            target: which of the task's targets.
+            repeat: which of the noises that it was evaluated with.
+            fresh: number of fresh noise, 0 for the evaluated one.
+
+        Raises:
+            InvalidData: there is no such trial.
+        """
+        chosen = self._state.selection
+        replay: Playable
         if self._pins.side_by_side:
             self._stage.prepare(self._pins.lane_names())
-            self._player.load(self._pins.replay(state.target, state.repeat))
-        elif chosen is None:
+            replay = self._pins.replay(target, repeat, fresh)
+        elif chosen is not None:
+            config = self._reader().config
+            replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+        else:
             self._player.unload()
             self._stage.clear()
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        else:
-            self._player.load(
-                Replay(self._reader().config, chosen.evaluation, target=state.target, repeat=state.repeat)
-            )
-        self._transport.select_trial(state.target, state.repeat)
+        self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
+        self._transport.select_trial(target, repeat, fresh)
+        self._show_address()
+        self._player.load(replay)
         self._transport.refresh()
+
+    def _play_again(self) -> None:
+        """Replay the present trial from its start."""
+        state = self._state
+        self.choose_trial(state.target, state.repeat, state.fresh)
 
     def export(self) -> None:
         """Send the chosen robot to the browser as a zip file."""
@@ -181,6 +272,73 @@ class Session:
         name = f"{reader.path.stem}_robot_{number}"
         files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
+
+    def _arrive(self, place: Place) -> None:
+        """Go where the browser came for, or to the first run; what cannot be found is said."""
+        fresh, self._arrived = not self._arrived, True
+        path = None if place.run is None else find_run(place.run, self._library.runs())
+        if path is None:
+            if place.run is not None:
+                self._actions.notify(
+                    "No such run", f"There is no run {place.run[:80]!r} here; choose one from the list."
+                )
+            if fresh:
+                self._open_first()
+            else:
+                self._show_address()
+            return
+        try:
+            self.open_run(path)
+        except TensAtlasError:
+            self._open_first()
+            raise
+        self._go(place)
+
+    def _go(self, place: Place) -> None:
+        """Go to a place in the run that is shown.
+
+        Raises:
+            InvalidData: there is nothing there.
+        """
+        if place.generation is not None:
+            self.show_generation(place.generation)
+        archive, number = place.archive or "morphology", place.robot
+        if number is None and place.cell is not None:
+            number = self._board.holder(archive, place.cell)
+            if number is None:
+                raise InvalidData(
+                    f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
+                )
+        if number is not None:
+            self.choose(
+                archive, place.cell, number, target=place.target, repeat=place.repeat, fresh=place.fresh
+            )
+
+    def _show_address(self) -> None:
+        state = self._state
+        if state.path is None:
+            return
+        chosen = state.selection
+        self._address.show(
+            Place(
+                run=run_name(state.path, self._library.runs()),
+                archive=None if chosen is None else chosen.archive,
+                cell=None if chosen is None or chosen.is_ancestor else chosen.cell,
+                robot=None if chosen is None else chosen.number,
+                generation=None if state.follow_newest else self._board.generation,
+                target=state.target,
+                repeat=state.repeat,
+                fresh=state.fresh,
+            )
+        )
+
+    def _may_simulate(self, seconds: float) -> bool:
+        try:
+            self._budget.spend(seconds)
+        except InvalidData as e:
+            self._actions.notify("One moment", str(e))
+            return False
+        return True
 
     def _open_first(self) -> None:
         paths = self._library.runs()
@@ -264,10 +422,16 @@ class Session:
             self._stage.show(replay, index)
             if isinstance(replay, LaneReplay):
                 self._pins.tell(replay, replay.frames[index].time)
+            else:
+                self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
     def _player_stopped(self) -> None:
         self._transport.refresh()
+
+    def _set_marks(self, marks: Marks) -> None:
+        self._arena.marks = marks
+        self._player.redraw()
 
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.viser_private import uuid_of
+
 
 def put(widget: Any, value: Any) -> None:
     """Set a widget's value, without telling the browser again what it shows already."""
@@ -19,7 +21,7 @@ def put_html(element: Any, content: str) -> None:
 
 def selector(widget: Any) -> str:
     """Return the CSS selector of what viser draws around an input with a label."""
-    return f'div:has(> div > div > * > label[for="{widget._impl.uuid}"])'
+    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
 def side_by_side(first: Any, second: Any) -> str:

@@ -48,7 +48,7 @@ def passive_tension(lengths: np.ndarray | float, stiffness: np.ndarray) -> np.nd
         lengths: between the anchors, in m.
         stiffness: of the same shape or one that fits it, relative to the stiffest.
     """
-    return t.stiffness_n_per_m(stiffness) * np.clip(lengths - t.CABLE_REST_LENGTH, 0.0, None)
+    return t.CABLE_STIFFNESS * stiffness * np.clip(lengths - t.CABLE_REST_LENGTH, 0.0, None)
 
 
 def internal_tension(lengths: np.ndarray, commanded: np.ndarray) -> np.ndarray:

@@ -72,6 +72,35 @@ class NetworkBatch:
         return hidden, _layer(sources, self._output_weights, self._output_bias)
 
 
+class Network:
+    """One controller's expressed network, neuron by neuron, as a ``NetworkBatch`` evaluates it.
+
+    Args:
+        controller: the genotype.
+        n_modules: how many modules it drives; the other outputs are left out.
+    """
+
+    def __init__(self, controller: Controller, n_modules: int) -> None:
+        plan = _Plan(controller, 2 * n_modules)
+        self._batch = NetworkBatch([controller], n_outputs=2 * n_modules)
+        self.n_inputs = controller.n_inputs
+        self.outputs = list(range(2 * n_modules))
+        """Keys of the outputs."""
+        self.levels = {k: plan.level[k] for k in plan.hidden}
+        """By key of a hidden node that some output depends on, how many links lie between it and the inputs
+        at the most."""
+
+    def neurons(self, sensed: np.ndarray) -> dict[int, float]:
+        """Return the activation, in (0, 1), of every hidden node and output by its key.
+
+        Args:
+            sensed: (n_inputs,) what the controller senses.
+        """
+        hidden, outputs = self._batch.activations(np.asarray(sensed, dtype=float)[None, None])
+        found = dict(zip(self._batch.hidden_keys[0], hidden[0, 0].tolist(), strict=False))
+        return found | dict(zip(self.outputs, outputs[0, 0].tolist(), strict=True))
+
+
 def _layer(sources: np.ndarray, weights: np.ndarray, bias: np.ndarray) -> np.ndarray:
     """Return logistic(bias + weighted sum), added up source by source."""
     total = np.zeros((*sources.shape[:2], bias.shape[1]))
@@ -103,6 +132,7 @@ class _Plan:
             else:
                 level[node] = 1 + max((level[s] for s in sources), default=0)
                 stack.pop()
+        self.level = level
         self.hidden = sorted((k for k in level if k >= N_OUTPUTS), key=lambda k: (level[k], k))
         self.depth = max((level[k] for k in self.hidden), default=0)
         order = [*self.hidden, *range(n_outputs)]

@@ -57,18 +57,13 @@ class RobotGeometry:
         self._rod = np.array([r for r, _ in fixed])
         self._local = np.array([p - middles[r] for r, p in fixed])
         self._stiffness = np.array(morphology.stiffnesses)[:, None]
-        self.full_tension = float(
-            passive_tension(
-                (1.0 + STRAIN_FULL_COLOR) * t.CABLE_REST_LENGTH, np.array(max(morphology.stiffnesses))
-            )
-        )
-        """Tension in N at which a passive cable is drawn in its full colour."""
+        self._full_tension = full_tension(morphology)
         plain = [*[theme.CABLE] * len(t.CABLES), *[theme.SERVO_CABLE] * len(t.SERVO_NODES)]
         self._plain_colors = np.tile(np.array(plain, dtype=np.uint8), (self.n_modules, 1, 1))
         rod_colors = np.tile(np.array(theme.ROD, dtype=np.uint8), (self.n_modules, len(t.RODS), 1))
         rod_colors[:, t.SERVO_ROD] = theme.SERVO_ROD
-        plain = [r for r in range(len(t.RODS)) if r != t.SERVO_ROD]
-        rod_colors[head_module, plain] = theme.HEAD_ROD
+        plain_rods = [r for r in range(len(t.RODS)) if r != t.SERVO_ROD]
+        rod_colors[head_module, plain_rods] = theme.HEAD_ROD
         self.rod_colors = rod_colors.reshape(-1, 3)
         node_colors = np.tile(
             np.array([*[theme.NODE] * len(t.NODES), theme.SERVO_ROD], dtype=np.uint8),
@@ -102,7 +97,7 @@ class RobotGeometry:
     def _tension_colors(self, ends: np.ndarray, commanded: np.ndarray) -> np.ndarray:
         length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1)
         passive, internal = np.split(length, [len(t.CABLES)], axis=1)
-        pull = passive_tension(passive, self._stiffness) / self.full_tension
+        pull = passive_tension(passive, self._stiffness) / self._full_tension
         drawn_in = internal_tension(internal, commanded) / t.SERVO_MAX_TENSION
         return np.concatenate(
             [
@@ -111,6 +106,12 @@ class RobotGeometry:
             ],
             axis=1,
         )
+
+
+def full_tension(morphology: Morphology) -> float:
+    """Return the tension in N at which a passive cable of a robot is drawn in its full colour."""
+    length = (1.0 + STRAIN_FULL_COLOR) * t.CABLE_REST_LENGTH
+    return float(passive_tension(length, np.array(max(morphology.stiffnesses))))
 
 
 def _blend(low: tuple[int, ...], high: tuple[int, ...], part: np.ndarray) -> np.ndarray:
