@@ -172,7 +172,7 @@ class LaneArena:
             width = self._lanes[0].left - self._lanes[-1].right
             self._look_at(
                 np.array([(back + ahead) / 2 - 0.03 * width, 0.0]),
-                0.75 * max(ahead - back + 0.2, width) + 0.25,
+                0.6 * max(ahead - back + 0.2, width) + 0.2,
                 EYE,
             )
         self._replay = replay

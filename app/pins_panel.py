@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
@@ -26,38 +25,24 @@ TELL_INTERVAL = 0.3
 """Seconds between two updates of the distances."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Events:
-    """What the panel reports: that lanes are to be played, or the one robot again."""
-
-    play: Callable[[], None]
-
-
 class PinsPanel:
     """Keeps the pinned robots and shows what they differ in.
 
     Args:
         client: the browser; the folder goes into its main panel.
         actions: of the browser.
-        events: whom it reports to.
+        play: called when lanes are to be played, other ones than before, or the one robot again.
     """
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, actions: Actions, play: Callable[[], None]) -> None:
         gui = client.gui
-        self._events = events
+        self._play = play
         self._chosen: Entry | None = None
         self._pins: list[Entry] = []
         self._told = 0.0
         self.side_by_side = False
         """Whether the arena shows the pinned robots instead of the chosen one."""
         with gui.add_folder("Side by side"):
-            self._pin = gui.add_button(
-                "Pin",
-                icon=viser.Icon.PIN,
-                color="gray",
-                disabled=True,
-                hint="Keep this robot to compare it with others, of this run or another one",
-            )
             self._list = gui.add_html(NOTHING)
             self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="pins").handler
             self._toggle = gui.add_button(
@@ -68,7 +53,6 @@ class PinsPanel:
             )
             self._now = gui.add_html("")
             self._table = gui.add_html("")
-        self._pin.on_click(lambda _event: actions.guarded(self._pin_or_unpin)())
         self._toggle.on_click(lambda _event: actions.guarded(self._switch)())
 
     @property
@@ -109,7 +93,12 @@ class PinsPanel:
             del self._pins[index[0]]
             self._changed()
 
-    def _pin_or_unpin(self) -> None:
+    def pin_or_unpin(self) -> None:
+        """Pin the chosen robot, or unpin it if it is pinned.
+
+        Raises:
+            InvalidData: there is none, or four are pinned already.
+        """
         robot = self._chosen
         if robot is None:
             raise InvalidData("Click a filled cell of a map first.")
@@ -126,22 +115,16 @@ class PinsPanel:
         self.side_by_side = not self.side_by_side and bool(self._pins)
         put_html(self._now, "")
         self._show()
-        self._events.play()
+        self._play()
 
     def _changed(self) -> None:
         was = self.side_by_side
         self.side_by_side = was and bool(self._pins)
         self._show()
         if was:
-            self._events.play()
+            self._play()
 
     def _show(self) -> None:
-        self._pin.disabled = self._chosen is None
-        pinned = self._chosen is not None and self._index(self._chosen) is not None
-        label = "Unpin this robot" if pinned else "Pin this robot"
-        if self._pin.label != label:
-            self._pin.label = label
-            self._pin.icon = viser.Icon.PINNED_OFF if pinned else viser.Icon.PIN
         put_html(self._list, differences.render_pins(self._pins, self._handler) or NOTHING)
         put_html(self._table, differences.render(self._pins))
         self._toggle.visible = bool(self._pins)

@@ -187,8 +187,11 @@ class WhatIfPanel:
             self._show_body()
         if body == self._body:
             return
+        if self._robot is not None and body == self._robot.evaluation.solution.morphology:
+            self.choose(self._robot, again=True)
+            return
         self._stop()
-        self._body = body
+        self._body, self.watching = body, False
         self._show_body()
         put_html(self._result, "")
         with self._mutex:

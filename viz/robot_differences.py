@@ -146,6 +146,8 @@ def _row(what: str, values: list[str], order: list[float | None]) -> str:
         for v, o in zip(values, order, strict=True)
     )
     mark = f"border-left:2px solid {theme.LINKED};" if differs else "border-left:2px solid transparent;"
+    if not differs:
+        cells = f'<td colspan="{len(values)}" style="text-align:right">{html.escape(values[0])}</td>'
     label = "f<sub>s</sub>" if what == "f_s" else html.escape(what)
     return (
         f'<tr class="{"differs" if differs else "same"}" style="opacity:{1 if differs else 0.6}">'

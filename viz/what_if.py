@@ -69,7 +69,11 @@ def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarra
     Before the end they follow from its recorded trajectory, the mean over its noise seeds.
     """
     task, path = get_task(config.task), original.trajectory
-    if task.score is remaining_distance and 1 <= second < config.trials.trial_time and second <= path.shape[1]:
+    if (
+        task.score is remaining_distance
+        and 1 <= second < config.trials.trial_time
+        and second <= path.shape[1]
+    ):
         ways = target_offsets(task) - path[:, second - 1].astype(float)
         return np.hypot(ways[:, 0], ways[:, 1])[:, None]
     return original.distances
