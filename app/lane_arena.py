@@ -19,7 +19,7 @@ from viz import theme
 
 GAP = 0.12
 """Metres between two lanes."""
-REACH = 0.5
+REACH = 0.9
 """Metres to the sides of a lane's middle that walls may make it wider by; the rest of them overlaps."""
 LINE_HEIGHT = 0.001
 EYE = np.array([-0.75, -0.12, 0.9])

@@ -50,6 +50,7 @@ class Stage:
         self._lanes = LaneArena(client, arena.look_at, lambda: arena.marks)
         self._label: viser.LabelHandle | None = None
         self._labelled: Playable | None = None
+        self._n_labels = 0
         self._labelling = threading.Lock()
         self._what_if = WhatIfPanel(client, tabs, actions, Events(self._play_variant, may_simulate))
         self._pins = PinsPanel(client, actions, self._play_lanes)
@@ -126,9 +127,14 @@ class Stage:
                 return
             x, y = (float(v) for v in replay.frames[index].pose[..., :2].mean(axis=(0, 1)))
             if new or self._label is None:
-                text = f"what if · {describe(replay.morphology)}"
+                if self._label is not None:
+                    self._label.remove()
+                self._n_labels += 1
                 self._label = self._scene.add_label(
-                    "/what-if", text, position=(x, y, LABEL_HEIGHT), anchor="bottom-center"
+                    f"/what-if/{self._n_labels}",
+                    f"what if · {describe(replay.morphology)}",
+                    position=(x, y, LABEL_HEIGHT),
+                    anchor="bottom-center",
                 )
                 self._labelled = replay
             else:

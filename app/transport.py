@@ -17,6 +17,7 @@ from app.widgets import put
 from engine.dump_replay import DumpReplay
 from engine.replay import MAX_FRESH, Replay
 from engine.tasks import get_task, remaining_distance
+from engine.what_if import WhatIfReplay
 from viz import tension_legend
 from viz.robot_geometry import full_tension
 
@@ -261,6 +262,8 @@ def describe(player: Player) -> str:
     if replay.target is not None and frame is not None:
         gap = float(np.linalg.norm(frame.head - replay.target))
         parts.append(f"head {100 * gap:.1f} cm from the target")
+    if isinstance(replay, WhatIfReplay):
+        parts.insert(0, "what if, a robot of no archive")
     if not isinstance(replay, Replay):
         return " · ".join(parts)
     if replay.fresh:

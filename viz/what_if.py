@@ -177,7 +177,9 @@ def _number(value: float | None) -> str:
 
 
 def _signed(value: float | None) -> str:
-    return "" if value is None else f"{value:+.1f}"
+    if value is None:
+        return ""
+    return f"{value:+.1f}" if abs(value) >= 0.05 else "0.0"
 
 
 def _tint(line: Line) -> str:
