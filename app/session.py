@@ -22,6 +22,7 @@ from app.palette import Command, add_commands
 from app.player import Player
 from app.run_panel import RunPanel
 from app.shared_scale import SharedScale
+from app.stage import Stage
 from app.state import Selection, SessionState
 from app.takeaway import Takeaway
 from app.upload import Uploads
@@ -37,6 +38,7 @@ from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.robot_differences import Entry
 
 
 class Session:
@@ -84,6 +86,7 @@ class Session:
             robot_panel.Events(
                 export=guarded(self.export, alone=False),
                 ancestor_chosen=guarded(self.choose_ancestor),
+                pin=guarded(lambda: self._stage.pin()),
             ),
         )
         self._takeaway = Takeaway(
@@ -93,6 +96,14 @@ class Session:
             self._actions,
             budget=self._budget,
             moment=lambda: self._player.time,
+        )
+        self._stage = Stage(
+            client,
+            self._arena,
+            self._robot.tabs,
+            self._actions,
+            play=self._play_again,
+            may_simulate=self._may_simulate,
         )
         self._run = RunPanel(
             client,
@@ -227,6 +238,7 @@ class Session:
             self._library.unwatch(self)
             self._growth.stop()
             self._takeaway.close()
+            self._stage.close()
             self._player.close()
 
     def open_run(self, path: Path) -> None:
@@ -238,9 +250,10 @@ class Session:
         reader = self._library.reader(path)
         self._growth.stop()
         self._player.unload()
-        self._arena.clear()
+        self._stage.clear()
         self._robot.show_no_robot()
         self._takeaway.panel.allow_robot(False)
+        self._stage.choose(None)
         self._board.clear()
         self._state.begin(path, reader)
         task = get_task(reader.config.task)
@@ -315,7 +328,7 @@ class Session:
         self._show_chosen(target, repeat, fresh)
 
     def choose_ancestor(self, number: int) -> None:
-        """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
+        """Choose a robot from the lineage of the one that was chosen before, and replay it, elite or not.
 
         Raises:
             RunFileError: the run has no such evaluation.
@@ -335,16 +348,22 @@ class Session:
         if chosen.cell is not None:
             where += f" cell {cell_name(chosen.cell)}"
         if chosen.is_ancestor:
-            where = f"ancestor of robot {chosen.line[0].number}, {where}"
+            where = f"ancestor of robot {chosen.line[0].number}"
         self._robot.show_robot(
             self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
         self._takeaway.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
+        reader = self._reader()
+        self._stage.choose(
+            Entry(
+                path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
+            )
+        )
         self.choose_trial(target, repeat, fresh)
 
     def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
-        """Replay a trial of the chosen robot.
+        """Replay a trial of the chosen robot, or of what is shown instead of it.
 
         Args:
             target: which of the task's targets.
@@ -355,16 +374,25 @@ class Session:
             InvalidData: there is no such trial.
         """
         chosen = self._state.selection
-        if chosen is None:
+        replay = self._stage.replay(target, repeat, fresh)
+        if replay is None and chosen is not None:
+            config = self._reader().config
+            replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+        if replay is None:
+            self._player.unload()
+            self._stage.clear()
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        config = self._reader().config
-        replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
         self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
         self._transport.select_trial(target, repeat, fresh)
         self._navigation.update(self._board.generation)
         self._player.load(replay)
         self._transport.refresh()
+
+    def _play_again(self) -> None:
+        """Replay the present trial from its start."""
+        state = self._state
+        self.choose_trial(state.target, state.repeat, state.fresh)
 
     def replay_dump(self, path: Path) -> None:
         """Play the last moments of a simulation that failed.
@@ -373,7 +401,7 @@ class Session:
             DumpError: the file cannot be read as a dump.
         """
         dump = read_dump(path)
-        self._arena.clear()
+        self._stage.clear()
         self._player.load(DumpReplay(dump))
         self._transport.refresh()
         failed = dump.failed
@@ -510,8 +538,8 @@ class Session:
 
     def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
-            self._arena.show(replay, index)
-            self._robot.show_frame(replay, index, playing=self._player.playing)
+            if self._stage.show(replay, index):
+                self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
     def _player_stopped(self) -> None:

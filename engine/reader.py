@@ -147,8 +147,22 @@ class RunReader:
         return None if number is None else int(number)
 
     def n_evaluations(self) -> int:
-        """Return the number of saved evaluations, those of an open generation included."""
-        return int(self._query("SELECT COUNT(*) FROM evaluations")[0][0])
+        """Return the number of saved evaluations, those of an open generation included.
+
+        Only the open generation's are counted, because counting all reads all of a long run's pages.
+        """
+        closed = self._query(
+            "SELECT generation, n_evaluations FROM generations ORDER BY generation DESC LIMIT 1"
+        )
+        with self.guard():
+            last, n = (int(v) for v in closed[0]) if closed else (-1, 0)
+        # numbers rise from generation to generation
+        (opened,) = self._query(
+            "SELECT COUNT(*) FROM evaluations WHERE number > COALESCE((SELECT number FROM evaluations"
+            " WHERE generation <= ? ORDER BY number DESC LIMIT 1), -1)",
+            (last,),
+        )[0]
+        return n + int(opened)
 
     def generations(self, after: int = -1) -> list[Generation]:
         """Return the closed generations with a greater number, in order."""
