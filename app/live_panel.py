@@ -89,7 +89,7 @@ class LivePanel:
         )
 
     def _show_servos(self, replay: Playable, moment: float, now: float) -> None:
-        page = servo_plot.page_of(moment, replay.start_time)
+        page = servo_plot.page_of(moment, replay.start_time, replay.end_time)
         if self._plotted != (replay, page) or (
             self._grows(replay, page) and now - self._plotted_at >= GROWTH_INTERVAL
         ):

@@ -71,13 +71,18 @@ def test_senses_are_told_by_name() -> None:
     assert "settles" in sensed_line(("far",), None)
 
 
-@given(st.floats(-3.0, 1e4), st.floats(-5.0, 0.0))
-def test_the_page_holds_the_moment_and_the_cursor_stays_on_it(moment: float, start: float) -> None:
+@given(st.floats(-5.0, 1e4), st.floats(-5.0, 0.0), st.floats(1.0, 60.0))
+def test_the_page_holds_the_moment_and_ends_with_the_evaluated_time(
+    moment: float, start: float, end: float
+) -> None:
     moment = max(moment, start)
-    page = servo_plot.page_of(moment, start)
+    page = servo_plot.page_of(moment, start, end)
     assert page[0] - 1e-6 <= moment <= page[1] + 1e-6
+    assert page[0] >= start - 1e-6
     assert page[1] - page[0] == pytest.approx(servo_plot.PAGE)
     assert servo_plot.LEFT <= servo_plot.position(moment, page) <= servo_plot.RIGHT
+    if moment <= end and end - start >= servo_plot.PAGE:
+        assert page[1] <= end + 1e-6
 
 
 def test_servos_are_drawn_row_by_row_and_not_while_they_are_off() -> None:
