@@ -99,7 +99,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         expect(said).to_contain_text("with the evaluated noise")
         assert "exactly" not in (said.text_content() or "")
         assert int(field_of(page, "No.").input_value()) >= 1
-        expect(page).to_have_url(re.compile("noise="))
+        expect(page).to_have_url(re.compile("fresh="))
         choose(page, "Noise", "exact 1")
         expect(said).to_contain_text("exactly as evaluated")
 
