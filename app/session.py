@@ -328,7 +328,7 @@ class Session:
         self._show_chosen(target, repeat, fresh)
 
     def choose_ancestor(self, number: int) -> None:
-        """Choose a robot from the lineage of the one that was chosen before, and replay it, elite or not.
+        """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
 
         Raises:
             RunFileError: the run has no such evaluation.
@@ -339,7 +339,7 @@ class Session:
         self._state.selection = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show_chosen(0, 0, 0)
+        self._show_chosen(self._state.target, 0, 0)
 
     def _show_chosen(self, target: int, repeat: int, fresh: int) -> None:
         chosen = self._state.selection
