@@ -61,7 +61,8 @@ class ArchivesPanel:
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""
         with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
-            self._picker = RunPicker(gui, facts, events.run_chosen)
+            self.picker = RunPicker(gui, facts, events.run_chosen)
+            """The list of runs."""
             self._status = gui.add_html("")
             self._notice = gui.add_html("")
             self._layout = gui.add_dropdown(
@@ -113,7 +114,7 @@ class ArchivesPanel:
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
         """List the runs on offer."""
-        self._picker.offer(paths, chosen)
+        self.picker.offer(paths, chosen)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""

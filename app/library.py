@@ -20,6 +20,8 @@ POLL_INTERVAL = 0.25
 """Seconds between two looks at the shown runs."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parent.parent / "saved_archives"
 NEW_RUNS = Path("runs")
+UPLOADS = NEW_RUNS / "uploads"
+"""Where the files lie that browsers brought."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -75,8 +77,9 @@ class Library:
                 found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
             elif place.is_file():
                 found[place] = None
-        if NEW_RUNS.is_dir():
-            found |= dict.fromkeys(sorted(p for p in NEW_RUNS.iterdir() if p.suffix == SUFFIX))
+        for place in (NEW_RUNS, UPLOADS):
+            if place.is_dir():
+                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
         return list(dict.fromkeys(p.resolve() for p in found))
 
     def reader(self, path: Path) -> RunReader:
@@ -122,6 +125,7 @@ class Library:
             algorithm=reader.config.algorithm,
             n_evaluations=n,
             best=max(best, default=None),
+            date=reader.created_at[:10],
             state="live" if live else "finished" if n >= budget else "stopped",
         )
 

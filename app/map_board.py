@@ -160,6 +160,12 @@ class MapBoard:
             meaning=axis_text.describe(picture.axes, cell),
         )
 
+    def holder(self, archive: str, cell: Cell) -> int | None:
+        """Return the number of the evaluation that a cell of an archive holds in the shown generation."""
+        content = None if self._subject is None else self._subject.contents.get(archive)
+        elite = None if content is None else content.elites.get(cell)
+        return None if elite is None else elite.number
+
     def _redraw(self, before: list[Picture] | None = None) -> None:
         subject = self._subject
         if subject is None:

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import viser
 
 from app import archives_panel, robot_panel, transport
 from app.actions import Actions
+from app.address import AddressBar, Place, find_run, run_name
 from app.arena import Arena
 from app.color_controls import ColorWish
 from app.compare_panel import ComparePanel
 from app.generation_player import GenerationPlayer
 from app.library import Library, RunStatus
+from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.player import Player
 from app.run_panel import RunPanel
 from app.shared_scale import SharedScale
 from app.state import Selection, SessionState
+from app.upload import Uploads
+from app.viser_private import Gate
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.export import export_files
@@ -28,6 +33,9 @@ from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
 
+PATIENCE = 4.0
+"""Seconds that a browser has to say what it came for."""
+
 
 class Session:
     """Builds the panels of a client and connects them.
@@ -35,16 +43,21 @@ class Session:
     Args:
         client: the browser.
         library: the runs on offer.
+        gate: that checks what the browser sends.
+        read_only: whether the browser is a visitor's, who may look only.
     """
 
-    def __init__(self, client: viser.ClientHandle, library: Library) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, library: Library, *, gate: Gate, read_only: bool = False
+    ) -> None:
         self._client = client
         self._library = library
         self._state = SessionState()
         self._actions = Actions(client)
         self._mutex, guarded = self._actions.mutex, self._actions.guarded
         self._arena = Arena(client)
-        self._player = Player(self._show_frame, self._player_stopped)
+        self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
+        self._player = Player(self._show_frame, self._player_stopped, self._may_simulate)
         self._archives = archives_panel.ArchivesPanel(
             client,
             library.facts,
@@ -55,9 +68,12 @@ class Session:
                 layout_chosen=guarded(self._set_layout),
                 colors_changed=guarded(self._set_colors),
                 growth_played=guarded(self._play_growth),
-                space_pressed=self._toggle_replay,
+                space_pressed=guarded(self._toggle_replay),
             ),
         )
+        if not read_only:
+            Uploads(self._archives.picker.upload, gate, self._actions, self.open_run)
+            self._archives.picker.allow_upload()
         self._board = MapBoard(self._archives, self._actions.notify, SharedScale(library).limits)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
         self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
@@ -71,12 +87,18 @@ class Session:
             transport.Events(trial_chosen=guarded(self.choose_trial), follow_changed=self._set_follow),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        guarded(self._open_first)()
+        self._arrived = False
+        self._address = AddressBar(client.gui, guarded(self._arrive))
+        # a program that is no browser never says where it came for
+        self._impatience = threading.Timer(PATIENCE, guarded(self._arrive), [Place()])
+        self._impatience.daemon = True
+        self._impatience.start()
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
         with self._mutex:
             self._actions.closed = True
+            self._impatience.cancel()
             self._library.unwatch(self)
             self._growth.stop()
             self._player.close()
@@ -106,6 +128,7 @@ class Session:
         self._update(reader, status)
         self._transport.refresh()
         self._library.watch(self, path, self._run_moved, status)
+        self._show_address()
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -115,6 +138,7 @@ class Session:
         number = min(max(number, 0), last.number)
         self._state.follow_newest = number == last.number
         self._draw(reader, number)
+        self._show_address()
 
     def pick(self, map_name: str, cell: Cell) -> None:
         """Choose the robot that a cell of a map shows and replay it; say so if the cell is empty."""
@@ -129,21 +153,30 @@ class Session:
             return
         self.choose(picked.archive, picked.cell, picked.number)
 
-    def choose(self, archive: str, cell: Cell, number: int) -> None:
-        """Choose the robot of an evaluation, which a cell of an archive holds, and replay it.
+    def choose(
+        self, archive: str, cell: Cell | None, number: int, *, target: int = 0, repeat: int = 0
+    ) -> None:
+        """Choose the robot of an evaluation and replay a trial of it.
+
+        Args:
+            archive: it was chosen in.
+            cell: of the archive that holds it, None if none does.
+            number: of the evaluation.
+            target: of the trial.
+            repeat: of the trial.
 
         Raises:
             RunFileError: the run has no such evaluation.
+            InvalidData: it was never tried so.
         """
         reader = self._reader()
         chosen = self._state.selection = Selection(
-            archive, cell_name(cell), reader.evaluation(number), reader.generation_of(number)
+            archive, cell, reader.evaluation(number), reader.generation_of(number)
         )
-        self._robot.show_robot(
-            reader.config, chosen.evaluation, f"{archive} cell {chosen.cell}", chosen.entered
-        )
+        where = archive if cell is None else f"{archive} cell {cell_name(cell)}"
+        self._robot.show_robot(reader.config, chosen.evaluation, where, chosen.entered)
         self._board.choose(archive, number)
-        self.choose_trial(0, 0)
+        self.choose_trial(target, repeat)
 
     def choose_trial(self, target: int, repeat: int) -> None:
         """Replay a trial of the chosen robot."""
@@ -154,6 +187,7 @@ class Session:
         replay = Replay(self._reader().config, chosen.evaluation, target=target, repeat=repeat)
         self._state.target, self._state.repeat = target, repeat
         self._transport.select_trial(target, repeat)
+        self._show_address()
         self._player.load(replay)
         self._transport.refresh()
 
@@ -166,6 +200,70 @@ class Session:
         name = f"{reader.path.stem}_robot_{number}"
         files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
+
+    def _arrive(self, place: Place) -> None:
+        """Go where the browser came for, or to the first run; what cannot be found is said."""
+        fresh, self._arrived = not self._arrived, True
+        path = None if place.run is None else find_run(place.run, self._library.runs())
+        if path is None:
+            if place.run is not None:
+                self._actions.notify(
+                    "No such run", f"There is no run {place.run[:80]!r} here; choose one from the list."
+                )
+            if fresh:
+                self._open_first()
+            else:
+                self._show_address()
+            return
+        try:
+            self.open_run(path)
+        except TensAtlasError:
+            self._open_first()
+            raise
+        self._go(place)
+
+    def _go(self, place: Place) -> None:
+        """Go to a place in the run that is shown.
+
+        Raises:
+            InvalidData: there is nothing there.
+        """
+        if place.generation is not None:
+            self.show_generation(place.generation)
+        archive, number = place.archive or "morphology", place.robot
+        if number is None and place.cell is not None:
+            number = self._board.holder(archive, place.cell)
+            if number is None:
+                raise InvalidData(
+                    f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
+                )
+        if number is not None:
+            self.choose(archive, place.cell, number, target=place.target, repeat=place.repeat)
+
+    def _show_address(self) -> None:
+        state = self._state
+        if state.path is None:
+            return
+        chosen = state.selection
+        self._address.show(
+            Place(
+                run=run_name(state.path, self._library.runs()),
+                archive=None if chosen is None else chosen.archive,
+                cell=None if chosen is None else chosen.cell,
+                robot=None if chosen is None else chosen.number,
+                generation=None if state.follow_newest else self._board.generation,
+                target=state.target,
+                repeat=state.repeat,
+            )
+        )
+
+    def _may_simulate(self, seconds: float) -> bool:
+        try:
+            self._budget.spend(seconds)
+        except InvalidData as e:
+            self._actions.notify("One moment", str(e))
+            return False
+        return True
 
     def _open_first(self) -> None:
         paths = self._library.runs()
@@ -245,8 +343,10 @@ class Session:
         """Run through the generations, or stop that."""
         if self._growth.playing:
             self._growth.stop()
-        elif self._board.generation is not None and self._state.last is not None:
-            self._growth.play(self._board.generation, self._state.last.number)
+        elif self._board.generation is not None:
+            self._growth.play(
+                self._board.generation, lambda: self._state.last.number if self._state.last else 0
+            )
 
     def _grow(self, number: int) -> bool:
         """Show the next generation of those that play, unless something has stopped that."""

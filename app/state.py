@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+from engine.archive import Cell
 from engine.evaluation import Evaluation
 from engine.reader import Generation, RunReader
 
@@ -15,13 +16,13 @@ class Selection:
 
     Attributes:
         archive: it was chosen in.
-        cell: of the archive that holds it, as ``records.cell_name`` writes it.
+        cell: of the archive, None if none of its cells held the robot.
         evaluation: the robot.
         entered: generation of the evaluation.
     """
 
     archive: str
-    cell: str
+    cell: Cell | None
     evaluation: Evaluation
     entered: int | None
 

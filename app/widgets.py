@@ -6,6 +6,8 @@ from typing import Any
 
 import viser
 
+from app.viser_private import uuid_of
+
 
 def put(widget: Any, value: Any) -> None:
     """Set a widget's value, without telling the browser again what it shows already."""
@@ -21,7 +23,7 @@ def put_html(element: Any, content: str) -> None:
 
 def selector(widget: Any) -> str:
     """Return the CSS selector of what viser draws around an input with a label."""
-    return f'div:has(> div > div > * > label[for="{widget._impl.uuid}"])'
+    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
 def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:

@@ -36,6 +36,7 @@ class RunFacts:
         task, algorithm: from its configuration.
         n_evaluations: finished ones.
         best: its best f_s in m, None if there is none yet.
+        date: of its beginning, such as 2026-11-24.
         state: whether it is being written, is complete, or neither.
         problem: why it cannot be shown, in which case nothing else is known.
     """
@@ -44,6 +45,7 @@ class RunFacts:
     algorithm: str = ""
     n_evaluations: int = 0
     best: float | None = None
+    date: str = ""
     state: State = "stopped"
     problem: str | None = None
 
@@ -137,9 +139,10 @@ def _row(
         best, details = "", f'<span style="color:#ff7b72">{html.escape(facts.problem)}</span>'
     else:
         best = "" if facts.best is None else f"{100 * facts.best:.2f} cm"
+        date = f" · {html.escape(facts.date)}" if facts.date else ""
         details = (
-            f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations} evaluations"
-            f" · {state_markup(facts.state)}"
+            f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations:,}"
+            f" evaluations{date} · {state_markup(facts.state)}"
         )
     return (
         f'<button type="button" role="{role}" {state}="{str(chosen).lower()}" data-c="run:{index}"'
