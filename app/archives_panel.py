@@ -30,6 +30,11 @@ KEYS_STYLE = (
     ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
 )
 """A map with the keyboard's focus says what the keys do."""
+PHONE_STYLE = (
+    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}}'
+    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
+)
+"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window."""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -88,6 +93,7 @@ class ArchivesPanel:
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 KEYS_STYLE
+                + PHONE_STYLE
                 + INSTALL
                 + keyboard.INSTALL
                 + keyboard.render_key("space", "key-space", keys.handler)

@@ -92,8 +92,8 @@ def test_hand_worked_pictures_of_a_grid() -> None:
 def test_coverage_is_over_the_cells_that_can_be_filled() -> None:
     half = Content(PER_MODULE, {(0, 1, 2): elite(1, 1.0)}, coverage=0.5)
     ways = layouts({"morphology": PER_MODULE})
-    assert pictures({"morphology": half}, ways[NESTED], FITNESS)[0].figures.startswith("1 cells, 50%")
-    assert pictures({"morphology": half}, ways[PROJECTED], FITNESS)[0].figures.startswith("1 cells, 1%")
+    assert pictures({"morphology": half}, ways[NESTED], FITNESS)[0].figures.startswith("1 cell, 50%")
+    assert pictures({"morphology": half}, ways[PROJECTED], FITNESS)[0].figures.startswith("1 cell, 1%")
 
 
 def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> None:
@@ -101,7 +101,7 @@ def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> 
     _, inner = pictures({"grid": GRID}, views, FITNESS)
     assert inner.outer == (1, 3)
     assert {c: e.number for c, e in inner.elites.items()} == {(0, 0): 1, (4, 4): 2}
-    assert inner.title == "Within 3 modules, relative stiffness 0.4"
+    assert inner.title == "Within 3 modules, relative stiffness 0.4 (46 N/m)"
     _, inner = pictures({"grid": GRID}, views, FITNESS, chosen=4)
     assert (inner.outer, list(inner.elites)) == ((8, 9), [(0, 0)])
     assert outer_cell(Content(GRID.axes, {}), 4) is None
@@ -174,7 +174,7 @@ def test_a_body_lies_in_the_cell_that_is_labelled_with_it(n_modules: int, level:
 
 
 def test_cells_are_named_by_what_they_stand_for() -> None:
-    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0"
+    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0 (115 N/m)"
     assert axes.describe(PCA, (4, 0)) == "PCA 1 0.0, PCA 2 -4.5"
     assert axes.is_body(PER_MODULE)
     assert not axes.is_body(GRID.axes)
