@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import time
@@ -141,8 +142,9 @@ def test_every_open_browser_shows_a_generation_within_a_second(
 ) -> None:
     """A run file that is written beside the app, two browsers that look at it."""
     path = workplace / "live.tsmr"
-    algorithm = create_algorithm(small_config)
-    evaluator = create_evaluator(small_config, 2)
+    config = dataclasses.replace(small_config, evaluations=30)
+    algorithm = create_algorithm(config)
+    evaluator = create_evaluator(config, 2)
     written: list[float] = []
 
     def evaluated() -> list:
@@ -155,7 +157,7 @@ def test_every_open_browser_shows_a_generation_within_a_second(
         writer.close_generation(algorithm, figures, 1.0)
         written.append(time.time())
 
-    with RunWriter.create(path, small_config, {}) as writer:
+    with RunWriter.create(path, config, {}) as writer:
         close(writer, evaluated())
         with serve([path], host="127.0.0.1", port=0) as server:
             pages = [visit(f"http://127.0.0.1:{server.get_port()}") for _ in range(2)]
