@@ -202,8 +202,8 @@ class ArchivesPanel:
 
     def show_growth_playing(self, playing: bool) -> None:
         """Let the button by the slider stop what plays, or play."""
-        self._play.label = "Stop" if playing else "Grow"
-        self._play.icon = viser.Icon.PLAYER_STOP if playing else viser.Icon.PLAYER_PLAY
+        self._play.label = "Hold" if playing else "Grow"
+        self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: Picture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""
