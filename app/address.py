@@ -2,8 +2,8 @@
 
 ``?run=NAME&archive=morphology&cell=3,7&robot=112`` names a run as the list of runs does and a robot of it:
 by its cell, or exactly by its number, which what the app writes always has, because a live run may find a
-better robot for a cell. ``generation``, ``target`` and ``seed`` follow if they are not the usual ones; the
-last two count from 1, as the replay's panel does.
+better robot for a cell. ``generation``, ``target``, ``seed`` and ``fresh`` (noise that it was not evaluated
+with) follow if they are not the usual ones; the last three count from 1, as the replay's panel does.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import viser
 from app.clicks import sender
 from app.run_picker import label_paths
 from app.viser_private import uuid_of
-from app.widgets import put_html, selector
+from app.widgets import add_channel, put_html
 from engine.archive import Cell
 
 MAX_LENGTH: Final = 2000
@@ -43,6 +43,7 @@ class Place:
         robot: number of its evaluation.
         generation: that the maps show; None for the last one.
         target, repeat: the trial, counted from 0.
+        fresh: number of fresh noise, 0 for the evaluated one.
     """
 
     run: str | None = None
@@ -52,6 +53,7 @@ class Place:
     generation: int | None = None
     target: int = 0
     repeat: int = 0
+    fresh: int = 0
 
     @classmethod
     def parse(cls, query: str) -> Self:
@@ -75,6 +77,7 @@ class Place:
             generation=number("generation"),
             target=(number("target", 1) or 1) - 1,
             repeat=(number("seed", 1) or 1) - 1,
+            fresh=number("fresh") or 0,
         )
 
     def query(self) -> str:
@@ -87,6 +90,7 @@ class Place:
             "generation": self.generation,
             "target": self.target + 1 if self.target else None,
             "seed": self.repeat + 1 if self.repeat else None,
+            "fresh": self.fresh or None,
         }
         pairs = [(k, str(v)) for k, v in said.items() if v is not None]
         return "?" + urllib.parse.urlencode(pairs, safe=",/") if pairs else ""
@@ -118,10 +122,8 @@ class AddressBar:
 
     def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
         self._known = False
-        channel = gui.add_text("address", "")
-        # visible=False would take it out of the page
-        style = f"<style>{selector(channel)}{{display:none}}</style>"
-        gui.add_html(style + _run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
+        channel = add_channel(gui, "address")
+        gui.add_html(_run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
         self._writer = gui.add_html("")
 
         @channel.on_update

@@ -12,6 +12,7 @@ import viser
 
 from app.clicks import ClickChannel
 from app.color_controls import ColorControls, ColorWish
+from app.library import run_state
 from app.run_picker import RunPicker
 from app.widgets import in_a_row, put, put_html
 from engine.archive import Cell
@@ -20,7 +21,7 @@ from viz import keyboard, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture
 from viz.pointer import ENLARGE, INSTALL
-from viz.run_list import RunFacts, State, state_markup
+from viz.run_list import RunFacts, state_markup
 
 WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
@@ -134,7 +135,7 @@ class ArchivesPanel:
     ) -> None:
         """Show how far the run is and the figures of a generation."""
         config = reader.config
-        state: State = "live" if live else "finished" if complete else "stopped"
+        state = run_state(reader.path, live=live, complete=complete)
         failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
         found = [f.best for f in generation.archives.values() if f.best is not None] if generation else []
         best = f" · best f<sub>s</sub> {100 * max(found):.2f} cm" if found else ""

@@ -12,7 +12,7 @@ from engine.errors import RunFileError, TensAtlasError
 from engine.reader import RunReader
 from engine.robustness import robust_stamp
 from engine.store import SUFFIX
-from viz.run_list import RunFacts
+from viz.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)
 
@@ -22,6 +22,8 @@ PROJECT_ARCHIVES = Path(__file__).resolve().parent.parent / "saved_archives"
 NEW_RUNS = Path("runs")
 UPLOADS = NEW_RUNS / "uploads"
 """Where the files lie that browsers brought."""
+PAUSED_SUFFIX = ".paused"
+"""Ending of the marker beside a run that its user has paused."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -42,6 +44,15 @@ class RunStatus:
 
 
 Listener = Callable[[Path, RunStatus], None]
+
+
+def run_state(path: Path, *, live: bool, complete: bool) -> State:
+    """Return what is said of a run: whether somebody works on it, and if not, why."""
+    if live:
+        return "live"
+    if complete:
+        return "finished"
+    return "paused" if path.with_name(path.name + PAUSED_SUFFIX).exists() else "stopped"
 
 
 class Library:
@@ -126,7 +137,7 @@ class Library:
             n_evaluations=n,
             best=max(best, default=None),
             date=reader.created_at[:10],
-            state="live" if live else "finished" if n >= budget else "stopped",
+            state=run_state(path, live=live, complete=n >= budget),
         )
 
     def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:

@@ -99,6 +99,12 @@ class Player:
                 self.time = min(max(moment, self._replay.start_time), self.until)
         self._wake.set()
 
+    def redraw(self) -> None:
+        """Show the present frame again: how it is drawn has changed."""
+        with self._mutex:
+            self._shown = None
+        self._wake.set()
+
     def extend(self, seconds: float) -> None:
         """Simulate and play past the evaluated end."""
         if not self._may_simulate(seconds):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import threading
+import dataclasses
 from pathlib import Path
 
 import viser
 
 from app import archives_panel, robot_panel, transport
 from app.actions import Actions
-from app.address import AddressBar, Place, find_run, run_name
 from app.arena import Arena
 from app.color_controls import ColorWish
 from app.compare_panel import ComparePanel
@@ -17,6 +16,9 @@ from app.generation_player import GenerationPlayer
 from app.library import Library, RunStatus
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
+from app.marks import Marks
+from app.navigation import Navigation
+from app.palette import Command, add_commands
 from app.player import Player
 from app.run_panel import RunPanel
 from app.shared_scale import SharedScale
@@ -24,6 +26,8 @@ from app.state import Selection, SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.archive import Cell
+from engine.dump import read_dump
+from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData, TensAtlasError
 from engine.export import export_files
 from engine.reader import RunReader
@@ -32,9 +36,6 @@ from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
-
-PATIENCE = 4.0
-"""Seconds that a browser has to say what it came for."""
 
 
 class Session:
@@ -78,27 +79,124 @@ class Session:
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
         self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
         self._robot = robot_panel.RobotPanel(
-            client, robot_panel.Events(export=guarded(self.export, alone=False))
+            client,
+            robot_panel.Events(
+                export=guarded(self.export, alone=False),
+                ancestor_chosen=guarded(self.choose_ancestor),
+            ),
         )
-        self._run = RunPanel(client, self._actions, shown=lambda: self._state.path, show=self.open_run)
+        self._run = RunPanel(
+            client,
+            self._actions,
+            shown=lambda: self._state.path,
+            show=self.open_run,
+            replay_dump=self.replay_dump,
+            read_only=read_only,
+        )
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(trial_chosen=guarded(self.choose_trial), follow_changed=self._set_follow),
+            transport.Events(
+                trial_chosen=guarded(self.choose_trial),
+                follow_changed=self._set_follow,
+                marks_changed=self._set_marks,
+            ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        self._arrived = False
-        self._address = AddressBar(client.gui, guarded(self._arrive))
-        # a program that is no browser never says where it came for
-        self._impatience = threading.Timer(PATIENCE, guarded(self._arrive), [Place()])
-        self._impatience.daemon = True
-        self._impatience.start()
+        add_commands(client.gui, self._commands(read_only))
+        self._navigation = Navigation(client, self, self._state, library, self._actions)
+        self._navigation.begin()
+
+    def _commands(self, read_only: bool) -> list[Command]:
+        guarded, icon = self._actions.guarded, viser.Icon
+        found = [
+            Command(
+                "Choose a run",
+                "Unfold the list of runs",
+                icon.LIST,
+                guarded(self._archives.picker.show_list),
+            ),
+            Command(
+                "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(self.open_next)
+            ),
+            Command(
+                "Show the first generation",
+                "The maps as they began",
+                icon.PLAYER_SKIP_BACK,
+                guarded(lambda: self.show_generation(0)),
+            ),
+            Command(
+                "Show the newest generation",
+                "The maps as they are, and as a live run goes on",
+                icon.PLAYER_SKIP_FORWARD,
+                guarded(self._show_newest),
+            ),
+            Command(
+                "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(self._toggle_replay)
+            ),
+            Command(
+                "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(self._replay_again)
+            ),
+            Command(
+                "Export this robot",
+                "Download it as a zip: MJCF, genotypes, bill of materials",
+                icon.DOWNLOAD,
+                guarded(self.export, alone=False),
+            ),
+        ]
+        run = self._run
+        steering = [
+            Command(
+                "Start the new run",
+                "As its form on the right says",
+                icon.ROCKET,
+                guarded(run.start_run, alone=False),
+            ),
+            Command(
+                "Pause this run",
+                "Its process saves and ends; Resume goes on exactly there",
+                icon.PLAYER_PAUSE,
+                guarded(run.pause_run, alone=False),
+            ),
+            Command(
+                "Resume this run",
+                "As if it had never stopped",
+                icon.PLAYER_TRACK_NEXT,
+                guarded(run.resume_run, alone=False),
+            ),
+            Command(
+                "Stop this run",
+                "Its process saves and ends",
+                icon.PLAYER_STOP,
+                guarded(run.stop_run, alone=False),
+            ),
+        ]
+        return found if read_only else found + steering
+
+    def open_next(self) -> None:
+        """Show the run below the shown one in the list, after the last the first."""
+        paths = self._library.runs()
+        if not paths:
+            raise InvalidData("There is no run yet; start one under New run.")
+        k = paths.index(self._state.path) if self._state.path in paths else -1
+        self.open_run(paths[(k + 1) % len(paths)])
+
+    def _show_newest(self) -> None:
+        if self._state.last is not None:
+            self.show_generation(self._state.last.number)
+
+    def _replay_again(self) -> None:
+        if self._player.replay is None:
+            raise InvalidData("Click a filled cell of a map first.")
+        self._player.seek(self._player.replay.start_time)
+        self._player.play()
+        self._transport.refresh()
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
         with self._mutex:
             self._actions.closed = True
-            self._impatience.cancel()
+            self._navigation.close()
             self._library.unwatch(self)
             self._growth.stop()
             self._player.close()
@@ -128,7 +226,7 @@ class Session:
         self._update(reader, status)
         self._transport.refresh()
         self._library.watch(self, path, self._run_moved, status)
-        self._show_address()
+        self._navigation.update(self._board.generation)
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -138,7 +236,7 @@ class Session:
         number = min(max(number, 0), last.number)
         self._state.follow_newest = number == last.number
         self._draw(reader, number)
-        self._show_address()
+        self._navigation.update(self._board.generation)
 
     def pick(self, map_name: str, cell: Cell) -> None:
         """Choose the robot that a cell of a map shows and replay it; say so if the cell is empty."""
@@ -154,7 +252,14 @@ class Session:
         self.choose(picked.archive, picked.cell, picked.number)
 
     def choose(
-        self, archive: str, cell: Cell | None, number: int, *, target: int = 0, repeat: int = 0
+        self,
+        archive: str,
+        cell: Cell | None,
+        number: int,
+        *,
+        target: int = 0,
+        repeat: int = 0,
+        fresh: int = 0,
     ) -> None:
         """Choose the robot of an evaluation and replay a trial of it.
 
@@ -164,32 +269,87 @@ class Session:
             number: of the evaluation.
             target: of the trial.
             repeat: of the trial.
+            fresh: number of fresh noise, 0 for the evaluated one.
 
         Raises:
             RunFileError: the run has no such evaluation.
             InvalidData: it was never tried so.
         """
         reader = self._reader()
-        chosen = self._state.selection = Selection(
-            archive, cell, reader.evaluation(number), reader.generation_of(number)
+        self._state.selection = Selection(
+            archive,
+            cell,
+            reader.evaluation(number),
+            reader.generation_of(number),
+            tuple(reader.lineage(number)),
         )
-        where = archive if cell is None else f"{archive} cell {cell_name(cell)}"
-        self._robot.show_robot(reader.config, chosen.evaluation, where, chosen.entered)
-        self._board.choose(archive, number)
-        self.choose_trial(target, repeat)
+        self._show_chosen(target, repeat, fresh)
 
-    def choose_trial(self, target: int, repeat: int) -> None:
-        """Replay a trial of the chosen robot."""
+    def choose_ancestor(self, number: int) -> None:
+        """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
+
+        Raises:
+            RunFileError: the run has no such evaluation.
+        """
+        if (origin := self._state.selection) is None:
+            return
+        reader = self._reader()
+        self._state.selection = dataclasses.replace(
+            origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
+        )
+        self._show_chosen(0, 0, 0)
+
+    def _show_chosen(self, target: int, repeat: int, fresh: int) -> None:
+        chosen = self._state.selection
+        assert chosen is not None
+        where = chosen.archive
+        if chosen.cell is not None:
+            where += f" cell {cell_name(chosen.cell)}"
+        if chosen.is_ancestor:
+            where = f"ancestor of robot {chosen.line[0].number}, {where}"
+        self._robot.show_robot(
+            self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
+        )
+        self._board.choose(chosen.archive, chosen.number)
+        self.choose_trial(target, repeat, fresh)
+
+    def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
+        """Replay a trial of the chosen robot.
+
+        Args:
+            target: which of the task's targets.
+            repeat: which of the noises that it was evaluated with.
+            fresh: number of fresh noise, 0 for the evaluated one.
+
+        Raises:
+            InvalidData: there is no such trial.
+        """
         chosen = self._state.selection
         if chosen is None:
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        replay = Replay(self._reader().config, chosen.evaluation, target=target, repeat=repeat)
-        self._state.target, self._state.repeat = target, repeat
-        self._transport.select_trial(target, repeat)
-        self._show_address()
+        config = self._reader().config
+        replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+        self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
+        self._transport.select_trial(target, repeat, fresh)
+        self._navigation.update(self._board.generation)
         self._player.load(replay)
         self._transport.refresh()
+
+    def replay_dump(self, path: Path) -> None:
+        """Play the last moments of a simulation that failed.
+
+        Raises:
+            DumpError: the file cannot be read as a dump.
+        """
+        dump = read_dump(path)
+        self._arena.clear()
+        self._player.load(DumpReplay(dump))
+        self._transport.refresh()
+        failed = dump.failed
+        self._actions.notify(
+            f"Robot {failed.solution.number}, simulated until it failed", failed.failure.reason
+        )
 
     def export(self) -> None:
         """Send the chosen robot to the browser as a zip file."""
@@ -201,62 +361,6 @@ class Session:
         files = export_files(reader, number)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
-    def _arrive(self, place: Place) -> None:
-        """Go where the browser came for, or to the first run; what cannot be found is said."""
-        fresh, self._arrived = not self._arrived, True
-        path = None if place.run is None else find_run(place.run, self._library.runs())
-        if path is None:
-            if place.run is not None:
-                self._actions.notify(
-                    "No such run", f"There is no run {place.run[:80]!r} here; choose one from the list."
-                )
-            if fresh:
-                self._open_first()
-            else:
-                self._show_address()
-            return
-        try:
-            self.open_run(path)
-        except TensAtlasError:
-            self._open_first()
-            raise
-        self._go(place)
-
-    def _go(self, place: Place) -> None:
-        """Go to a place in the run that is shown.
-
-        Raises:
-            InvalidData: there is nothing there.
-        """
-        if place.generation is not None:
-            self.show_generation(place.generation)
-        archive, number = place.archive or "morphology", place.robot
-        if number is None and place.cell is not None:
-            number = self._board.holder(archive, place.cell)
-            if number is None:
-                raise InvalidData(
-                    f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
-                )
-        if number is not None:
-            self.choose(archive, place.cell, number, target=place.target, repeat=place.repeat)
-
-    def _show_address(self) -> None:
-        state = self._state
-        if state.path is None:
-            return
-        chosen = state.selection
-        self._address.show(
-            Place(
-                run=run_name(state.path, self._library.runs()),
-                archive=None if chosen is None else chosen.archive,
-                cell=None if chosen is None else chosen.cell,
-                robot=None if chosen is None else chosen.number,
-                generation=None if state.follow_newest else self._board.generation,
-                target=state.target,
-                repeat=state.repeat,
-            )
-        )
-
     def _may_simulate(self, seconds: float) -> bool:
         try:
             self._budget.spend(seconds)
@@ -265,7 +369,12 @@ class Session:
             return False
         return True
 
-    def _open_first(self) -> None:
+    def holder(self, archive: str, cell: Cell) -> int | None:
+        """Return the number of the evaluation that a cell of an archive holds in the shown generation."""
+        return self._board.holder(archive, cell)
+
+    def open_first(self) -> None:
+        """Show the first run that can be shown, or say that there is none."""
         paths = self._library.runs()
         self._offer(None)
         problems = []
@@ -320,7 +429,7 @@ class Session:
         budget, last = reader.config.evaluations, state.last
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
-        self._run.show_run(status.n_evaluations, budget, live=status.live, complete=complete)
+        self._run.show_run(reader.path, status.n_evaluations, budget, state.generations, live=status.live)
         self._board.refresh()
         if new and last is not None:
             if state.follow_newest:
@@ -374,10 +483,15 @@ class Session:
     def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
             self._arena.show(replay, index)
+            self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
     def _player_stopped(self) -> None:
         self._transport.refresh()
+
+    def _set_marks(self, marks: Marks) -> None:
+        self._arena.marks = marks
+        self._player.redraw()
 
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow

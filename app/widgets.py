@@ -9,16 +9,24 @@ import viser
 from app.viser_private import uuid_of
 
 
-def put(widget: Any, value: Any) -> None:
-    """Set a widget's value, without telling the browser again what it shows already."""
-    if widget.value != value:
-        widget.value = value
+def put(widget: Any, value: Any, attribute: str = "value") -> None:
+    """Set a widget's value, or another attribute, unless the browser shows it already."""
+    if getattr(widget, attribute) != value:
+        setattr(widget, attribute, value)
 
 
 def put_html(element: Any, content: str) -> None:
     """Set an HTML element's content, unless it is on the screen already."""
     if element.content != content:
         element.content = content
+
+
+def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:
+    """Add a text field that nobody sees, through which scripts of the page reach the app."""
+    channel = gui.add_text(label, "", hint="Between the page and the app; not for people")
+    # visible=False would take it out of the page
+    gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
+    return channel
 
 
 def selector(widget: Any) -> str:

@@ -7,9 +7,9 @@ import html
 from collections.abc import Collection, Sequence
 from typing import Final, Literal
 
-State = Literal["live", "finished", "stopped"]
+State = Literal["live", "finished", "paused", "stopped"]
 
-_COLORS: Final = {"live": "#36b3a0", "stopped": "#e0a458"}
+_COLORS: Final = {"live": "#36b3a0", "paused": "#e0a458", "stopped": "#e0a458"}
 _STYLE: Final = (
     "<style>.ta-runs button{display:block;width:100%;border:0;color:inherit;font:inherit;text-align:left;"
     "cursor:pointer;background:none;border-radius:5px;padding:5px 8px}"
@@ -37,7 +37,7 @@ class RunFacts:
         n_evaluations: finished ones.
         best: its best f_s in m, None if there is none yet.
         date: of its beginning, such as 2026-11-24.
-        state: whether it is being written, is complete, or neither.
+        state: whether it is being written, is complete, was paused by its user, or none of these.
         problem: why it cannot be shown, in which case nothing else is known.
     """
 

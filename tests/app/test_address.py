@@ -19,6 +19,7 @@ places = st.builds(
     generation=number,
     target=st.integers(0, 9),
     repeat=st.integers(0, 9),
+    fresh=st.integers(0, 99),
 )
 
 
