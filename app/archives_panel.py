@@ -31,6 +31,11 @@ KEYS_STYLE = (
     ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
 )
 """A map with the keyboard's focus says what the keys do."""
+PHONE_STYLE = (
+    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}}'
+    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
+)
+"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window."""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -89,6 +94,7 @@ class ArchivesPanel:
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 KEYS_STYLE
+                + PHONE_STYLE
                 + INSTALL
                 + keyboard.INSTALL
                 + keyboard.render_key("space", "key-space", keys.handler)
@@ -197,8 +203,8 @@ class ArchivesPanel:
 
     def show_growth_playing(self, playing: bool) -> None:
         """Let the button by the slider stop what plays, or play."""
-        self._play.label = "Stop" if playing else "Grow"
-        self._play.icon = viser.Icon.PLAYER_STOP if playing else viser.Icon.PLAYER_PLAY
+        self._play.label = "Hold" if playing else "Grow"
+        self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: Picture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""

@@ -72,7 +72,7 @@ class Session:
                 layout_chosen=guarded(self._set_layout),
                 colors_changed=guarded(self._set_colors),
                 growth_played=guarded(self._play_growth),
-                space_pressed=self._toggle_replay,
+                space_pressed=guarded(self._toggle_replay),
             ),
         )
         if not read_only:
@@ -510,8 +510,10 @@ class Session:
         """Run through the generations, or stop that."""
         if self._growth.playing:
             self._growth.stop()
-        elif self._board.generation is not None and self._state.last is not None:
-            self._growth.play(self._board.generation, self._state.last.number)
+        elif self._board.generation is not None:
+            self._growth.play(
+                self._board.generation, lambda: self._state.last.number if self._state.last else 0
+            )
 
     def _grow(self, number: int) -> bool:
         """Show the next generation of those that play, unless something has stopped that."""
