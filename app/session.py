@@ -18,9 +18,10 @@ from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.marks import Marks
 from app.navigation import Navigation
-from app.palette import Command, add_commands
+from app.palette import add_commands
 from app.player import Player
 from app.run_panel import RunPanel
+from app.session_commands import steering_commands, viewing_commands
 from app.shared_scale import SharedScale
 from app.stage import Stage
 from app.state import Selection, SessionState
@@ -72,7 +73,7 @@ class Session:
                 layout_chosen=guarded(self._set_layout),
                 colors_changed=guarded(self._set_colors),
                 growth_played=guarded(self._play_growth),
-                space_pressed=guarded(self._toggle_replay),
+                space_pressed=guarded(self.toggle_replay),
             ),
         )
         if not read_only:
@@ -123,93 +124,12 @@ class Session:
             ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        add_commands(client.gui, self._commands(read_only))
+        commands = viewing_commands(self, self._actions, self._archives.picker, self._takeaway)
+        if not read_only:
+            commands += steering_commands(self._run, self._actions)
+        add_commands(client.gui, commands)
         self._navigation = Navigation(client, self, self._state, library, self._actions)
         self._navigation.begin()
-
-    def _commands(self, read_only: bool) -> list[Command]:
-        guarded, icon = self._actions.guarded, viser.Icon
-        found = [
-            Command(
-                "Choose a run",
-                "Unfold the list of runs",
-                icon.LIST,
-                guarded(self._archives.picker.show_list),
-            ),
-            Command(
-                "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(self.open_next)
-            ),
-            Command(
-                "Show the first generation",
-                "The maps as they began",
-                icon.PLAYER_SKIP_BACK,
-                guarded(lambda: self.show_generation(0)),
-            ),
-            Command(
-                "Show the newest generation",
-                "The maps as they are, and as a live run goes on",
-                icon.PLAYER_SKIP_FORWARD,
-                guarded(self._show_newest),
-            ),
-            Command(
-                "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(self._toggle_replay)
-            ),
-            Command(
-                "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(self._replay_again)
-            ),
-            Command(
-                "Export this robot",
-                "Download it as a zip: MJCF, genotypes, bill of materials",
-                icon.DOWNLOAD,
-                guarded(self.export, alone=False),
-            ),
-            Command(
-                "Add this robot to the basket",
-                "Keep it, to download several at once",
-                icon.BASKET,
-                guarded(self._takeaway.add),
-            ),
-            Command(
-                "Save the replay as a video",
-                "An MP4 of the trial that is shown",
-                icon.MOVIE,
-                guarded(lambda: self._takeaway.record("mp4")),
-            ),
-            Command(
-                "Save the replay as a page",
-                "One HTML file that plays without a server",
-                icon.FILE_CODE,
-                guarded(lambda: self._takeaway.record("html")),
-            ),
-        ]
-        run = self._run
-        steering = [
-            Command(
-                "Start the new run",
-                "As its form on the right says",
-                icon.ROCKET,
-                guarded(run.start_run, alone=False),
-            ),
-            Command(
-                "Pause this run",
-                "Its process saves and ends; Resume goes on exactly there",
-                icon.PLAYER_PAUSE,
-                guarded(run.pause_run, alone=False),
-            ),
-            Command(
-                "Resume this run",
-                "As if it had never stopped",
-                icon.PLAYER_TRACK_NEXT,
-                guarded(run.resume_run, alone=False),
-            ),
-            Command(
-                "Stop this run",
-                "Its process saves and ends",
-                icon.PLAYER_STOP,
-                guarded(run.stop_run, alone=False),
-            ),
-        ]
-        return found if read_only else found + steering
 
     def open_next(self) -> None:
         """Show the run below the shown one in the list, after the last the first."""
@@ -219,11 +139,17 @@ class Session:
         k = paths.index(self._state.path) if self._state.path in paths else -1
         self.open_run(paths[(k + 1) % len(paths)])
 
-    def _show_newest(self) -> None:
+    def show_newest(self) -> None:
+        """Show the maps as they are, and follow the run."""
         if self._state.last is not None:
             self.show_generation(self._state.last.number)
 
-    def _replay_again(self) -> None:
+    def replay_again(self) -> None:
+        """Play the replay from its start.
+
+        Raises:
+            InvalidData: there is none.
+        """
         if self._player.replay is None:
             raise InvalidData("Click a filled cell of a map first.")
         self._player.seek(self._player.replay.start_time)
@@ -528,7 +454,8 @@ class Session:
         self._actions.guarded(show)()
         return shown
 
-    def _toggle_replay(self) -> None:
+    def toggle_replay(self) -> None:
+        """Play or pause the replay, if there is one."""
         if self._player.replay is not None:
             self._player.pause() if self._player.playing else self._player.play()
             self._transport.refresh()

@@ -70,18 +70,18 @@ class Browser:
     def add_markdown(self, content, *, visible):
         return Widget(content, visible)
 
-    def add_progress_bar(self, value, *, visible, animated):
+    def add_progress_bar(self, value, *, visible, animated):  # noqa: ARG002
         self.bar = Widget(value, visible)
         return self.bar
 
-    def add_button(self, label, *, icon, visible, hint):
+    def add_button(self, label, *, icon, visible, hint):  # noqa: ARG002
         self.cancel = Widget(label, visible)
         return self.cancel
 
-    def send_file_download(self, name, content, *, save_immediately):
+    def send_file_download(self, name, content, *, save_immediately):  # noqa: ARG002
         self.downloads.append((name, content))
 
-    def add_notification(self, title, body, *, auto_close_seconds):
+    def add_notification(self, title, body, *, auto_close_seconds):  # noqa: ARG002
         self.notices.append((title, body))
 
 
