@@ -115,11 +115,11 @@ def _dispatch(command: c.Command, console: Console) -> None:
             # the app's libraries take a second to import; the other commands do without
             from app.explore import explore
 
-            explore(command.run, host=command.host, port=command.port, open_browser=command.browser)
+            explore(command.run, _listening(command), read_only=command.read_only)
         case c.ReplayDump():
             from app.explore import replay_dump
 
-            replay_dump(command.file, host=command.host, port=command.port, open_browser=command.browser)
+            replay_dump(command.file, _listening(command))
         case c.Evolve():
             _work(command.run, command.workers, command.config, console)
         case c.Resume():
@@ -151,6 +151,18 @@ def _dispatch(command: c.Command, console: Console) -> None:
             recover_run(command.run, command.out, command.like, console)
         case c.Migrate():
             migrate_run(command.run, command.out, console)
+
+
+def _listening(command: c.Explore | c.ReplayDump) -> Any:
+    from app.explore import Listening
+
+    return Listening(
+        host=command.host,
+        port=command.port,
+        token=command.token,
+        origins=command.origin,
+        open_browser=command.browser,
+    )
 
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:

@@ -22,9 +22,15 @@ class Explore:
     run: tyro.conf.Positional[tuple[Path, ...]] = ()
     """Run files or folders to offer, the first one opened."""
     host: str = "127.0.0.1"
-    """Address to listen on. There is no login: anyone who reaches it can start runs."""
+    """Address to listen on. Any other than this machine's own needs a token."""
     port: int = 8080
     """Port to listen on."""
+    token: str | None = None
+    """Secret that the address must carry; also TENSATLAS_TOKEN. Made up if others can reach the app."""
+    origin: tuple[str, ...] = ()
+    """Addresses that a reverse proxy shows the app under, such as https://atlas.example.org."""
+    read_only: bool = False
+    """Let visitors look: no runs, no uploads, few simulations for each."""
     browser: bool = True
     """Open a browser window, where there is a screen."""
 
@@ -113,9 +119,13 @@ class ReplayDump:
     file: tyro.conf.Positional[Path]
     """Failure dump, *.tsdump; a run keeps its own in the folder NAME.failures beside it."""
     host: str = "127.0.0.1"
-    """Address to listen on. There is no login."""
+    """Address to listen on. Any other than this machine's own needs a token."""
     port: int = 8080
     """Port to listen on."""
+    token: str | None = None
+    """Secret that the address must carry; also TENSATLAS_TOKEN. Made up if others can reach the app."""
+    origin: tuple[str, ...] = ()
+    """Addresses that a reverse proxy shows the app under, such as https://atlas.example.org."""
     browser: bool = True
     """Open a browser window, where there is a screen."""
 
