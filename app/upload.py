@@ -124,7 +124,7 @@ def _check_tables(path: Path) -> None:
                 plain = kind == "table" and "VIRTUAL" not in str(sql).upper()
                 if table not in _KNOWN or not (plain or (kind == "index" and sql is None)):
                     raise RunFileError(f"{path} is not a TensAtlas run file: it has a {kind} {table!r}"[:300])
-            for table in sorted(_KNOWN):
+            for table in sorted(_KNOWN):  # one that is missing has no columns
                 # 0 is an ordinary column; others are computed or hidden
                 if any(row[6] for row in db.execute(f"PRAGMA table_xinfo({table})")):
                     raise RunFileError(f"{path} is not a TensAtlas run file: {table} has computed columns")
