@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
+from engine.archive import Cell
 from engine.errors import InvalidData
 from engine.export import export_files
 from engine.reader import RunReader
@@ -24,12 +25,16 @@ class Item:
         number: of its evaluation.
         modules: how many it has.
         f_s: in cm, None if it has no fitness.
+        archive: it was chosen in.
+        cell: of the archive, None if none of its cells holds the robot.
     """
 
     path: Path
     number: int
     modules: int
     f_s: float | None
+    archive: str
+    cell: Cell | None
 
     @property
     def name(self) -> str:
