@@ -142,7 +142,7 @@ class Watch:
             mode, flags = arguments[1], arguments[2]
             writes = isinstance(flags, int) and flags & self._WRITING
             writes = writes or (isinstance(mode, str) and set(mode) & set("wax+"))
-            path = Path(os.path.abspath(os.fsdecode(arguments[0])))
+            path = Path(os.path.normpath(Path(os.fsdecode(arguments[0])).absolute()))
             ours = path.is_relative_to(self.folder) or "__pycache__" in path.parts or str(path) == os.devnull
             if writes and not ours:
                 self.seen.append(f"opened {path} for writing")
