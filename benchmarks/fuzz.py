@@ -25,17 +25,19 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
+import mujoco
 import numpy as np
 import tyro
 from rich.console import Console
 
+from app.upload import keep
 from benchmarks.rows import Row, show
 from engine.checkup import check_run
-from engine.config import from_json, to_json
+from engine.config import RunConfig, from_json, preset, to_json
 from engine.controller import Controller
 from engine.dump import Dump, read_dump, write_dump
 from engine.errors import TensAtlasError
-from engine.evaluation import FailedTrial
+from engine.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.history import Failure
 from engine.lock import holder_of, is_being_written, lock_path
 from engine.morphology import Morphology
@@ -45,12 +47,13 @@ from engine.recovery import recover
 from engine.replay import Replay
 from engine.robot import build_robot
 from engine.robustness import load_robust
-from engine.tasks import load_task
+from engine.run import create_algorithm, statistics, versions
+from engine.store import RunWriter
+from engine.tasks import fitness, load_task
 
 PATIENCE: Final = 20
 """Seconds after which an input counts as hanging the reader."""
 _PROJECT: Final = Path(__file__).resolve().parent.parent
-_RUN: Final = _PROJECT / "tests" / "reference" / "first_body.tsmr"
 _TASK: Final = _PROJECT / "docs" / "tasks" / "climb_step.py"
 
 
@@ -110,7 +113,11 @@ class Watch:
 
     _FORBIDDEN: Final = (
         *("os.system", "os.exec", "os.posix_spawn", "os.fork", "subprocess.Popen", "pickle.find_class"),
-        *("socket.connect", "socket.bind", "ctypes.dlopen", "webbrowser.open", "shutil.rmtree"),
+        *("socket.connect", "socket.bind", "ctypes.dlopen", "webbrowser.open"),
+    )
+    _CHANGING: Final = (
+        *("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"),
+        "shutil.rmtree",
     )
     _WRITING: Final = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
@@ -135,14 +142,19 @@ class Watch:
             mode, flags = arguments[1], arguments[2]
             writes = isinstance(flags, int) and flags & self._WRITING
             writes = writes or (isinstance(mode, str) and set(mode) & set("wax+"))
-            path = Path(os.fsdecode(arguments[0])).absolute()
+            path = Path(os.path.normpath(Path(os.fsdecode(arguments[0])).absolute()))
             ours = path.is_relative_to(self.folder) or "__pycache__" in path.parts or str(path) == os.devnull
             if writes and not ours:
                 self.seen.append(f"opened {path} for writing")
-        elif event in ("os.remove", "os.rename", "os.mkdir", "os.link", "os.symlink", "os.truncate"):
+        elif event in self._CHANGING:
+            # the last arguments are the folders that relative names are meant in, -1 for the current one
+            folders = [a for a in arguments if isinstance(a, int)]
             for a in arguments:
                 if isinstance(a, str | bytes | os.PathLike):
-                    path = Path(os.fsdecode(a)).absolute()
+                    place = Path.cwd()
+                    if folders and folders[-1] >= 0:
+                        place = Path(f"/proc/self/fd/{folders[-1]}").resolve()
+                    path = Path(os.path.normpath(place / os.fsdecode(a)))
                     if not path.is_relative_to(self.folder):
                         self.seen.append(f"{event} {path}")
 
@@ -251,14 +263,14 @@ def mutate_json(content: bytes, rng: random.Random) -> bytes:
 
 def kinds(folder: Path) -> dict[str, Kind]:
     """Return what is fed, with proper inputs made in a folder."""
-    with RunReader(_RUN) as reader:
-        config = dataclasses.replace(reader.config, physics=from_json({}).physics)
-        elites = reader.contents("morphology", reader.last_generation() or 0)
-        e = min(elites.values(), key=lambda x: x.solution.morphology.n_modules)
-    small = folder / "small.tsmr"
-    cut = _RUN.read_bytes()
-    small.write_bytes(cut[: 4096 * 60])
-    recover(small, folder / "seed.tsmr")
+    config = dataclasses.replace(
+        preset("smoke"),
+        evaluations=20,
+        initial=8,
+        refit_generations=(0, 1),
+        trials=TrialConfig(repeats=1, trial_time=2.0),
+    )
+    e = _a_run(folder / "seed.tsmr", config)
     robust = {
         "format": 1,
         "created_at": "2026-01-01T00:00:00+00:00",
@@ -271,6 +283,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
     return {
         "run file": Kind((folder / "seed.tsmr").read_bytes(), _read_run, mutate=overwrite, share=3.0),
         "run file's values": Kind((folder / "seed.tsmr").read_bytes(), _read_run, mutate=mutate_rows),
+        "uploaded run": Kind((folder / "seed.tsmr").read_bytes(), _read_upload, mutate=overwrite),
         "run file's log": Kind(_a_log(folder), _read_log, mutate=overwrite),
         "lock file": Kind(json.dumps(lock).encode(), _read_lock, mutate=mutate_json),
         "configuration": Kind(json.dumps(to_json(config)).encode(), _read_config, mutate=mutate_json),
@@ -283,9 +296,31 @@ def kinds(folder: Path) -> dict[str, Kind]:
     }
 
 
-def _a_dump(folder: Path, e: Any, config: Any) -> bytes:
-    import mujoco
+def _a_run(path: Path, config: RunConfig) -> Evaluation:
+    """Write a run of three generations whose figures are made up; return an evaluation."""
+    algorithm, rng = create_algorithm(config), np.random.default_rng(0)
+    with RunWriter.create(path, config, versions()) as writer:
+        while solutions := algorithm.ask():
+            evaluations = []
+            for s in solutions:
+                distances = rng.uniform(0.2, 0.6, (4, 1))
+                trajectory = rng.normal(0.0, 0.1, (4, 2, 2)).astype(np.float32)
+                evaluations.append(
+                    Evaluation(
+                        solution=s,
+                        fitness=fitness(distances),
+                        distances=distances,
+                        trajectory=trajectory,
+                        head_is_end=True,
+                    )
+                )
+            writer.add_evaluations(algorithm.generation, evaluations)
+            algorithm.tell(evaluations)
+            writer.close_generation(algorithm, statistics(algorithm, 0.45), 1.0)
+    return min(evaluations, key=lambda x: x.solution.morphology.n_modules)
 
+
+def _a_dump(folder: Path, e: Any, config: Any) -> bytes:
     model = build_robot(e.solution.morphology, config.physics).model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -301,8 +336,6 @@ def _a_dump(folder: Path, e: Any, config: Any) -> bytes:
 
 def _a_log(folder: Path) -> bytes:
     """Return the write-ahead log of a run whose writer was killed before it folded it in."""
-    from engine.store import RunWriter
-
     path = folder / "log.tsmr"
     with RunReader(folder / "seed.tsmr") as reader:
         evaluations, config = reader.all_evaluations()[:8], reader.config
@@ -325,6 +358,15 @@ def _read_run(content: bytes, folder: Path) -> None:
             recover(path, folder / "saved.tsmr")
             with RunReader(folder / "saved.tsmr") as saved:
                 _read_everything(saved)
+
+
+def _read_upload(content: bytes, folder: Path) -> None:
+    name = random.Random(content).choice(
+        ("run.tsmr", "../../x", "", "/etc/passwd", "a\\..\\b", "\0", "x" * 999)
+    )
+    kept = keep(name, content, folder / "uploads")
+    if kept.parent != folder / "uploads":
+        raise AssertionError(f"kept in {kept}")
 
 
 def _read_log(content: bytes, folder: Path) -> None:
