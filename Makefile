@@ -8,12 +8,12 @@ BIN := $(VENV)/bin
 HOST ?= 127.0.0.1
 PORT ?= 8080
 
-.PHONY: explore test check format screenshot chromium clean
+.PHONY: explore test check format screenshot chromium compiler clean
 
 explore: $(VENV)/.runtime
 	$(BIN)/tensatlas explore --host $(HOST) --port $(PORT)
 
-test: $(VENV)/.dev chromium
+test: $(VENV)/.dev chromium compiler
 	$(BIN)/python -m pytest
 
 check: $(VENV)/.dev
@@ -31,6 +31,13 @@ screenshot: $(VENV)/.dev chromium
 chromium: $(VENV)/.dev
 	@sh tests/browser/chromium.sh $(BIN)/python
 
+# the firmware's tests compile it; without a compiler they are skipped
+compiler:
+	@command -v c++ >/dev/null || command -v g++ >/dev/null || command -v clang++ >/dev/null || \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; \
+	  then apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq g++ >/dev/null; \
+	  else echo "The firmware is not tested without a C++ compiler; install one with: sudo apt install g++"; fi
+
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "TensAtlas needs Python 3.11 or newer; say which with: make PYTHON=python3.12"; exit 1; }
@@ -40,7 +47,7 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[video]'
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.runtime

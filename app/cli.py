@@ -16,7 +16,9 @@ import tyro
 from rich.console import Console
 
 from app import commands as c
+from app.doctor import doctor
 from app.progress import ProgressDisplay
+from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
@@ -73,12 +75,16 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Resume, tyro.conf.subcommand("resume")]
         | Annotated[c.Info, tyro.conf.subcommand("info")]
         | Annotated[c.Export, tyro.conf.subcommand("export")]
+        | Annotated[c.Record, tyro.conf.subcommand("record")]
         | Annotated[c.ReplayDump, tyro.conf.subcommand("replay-dump")]
         | Annotated[c.Verify, tyro.conf.subcommand("verify")]
         | Annotated[c.Reevaluate, tyro.conf.subcommand("reevaluate")]
         | Annotated[c.Compare, tyro.conf.subcommand("compare")]
         | Annotated[c.Table, tyro.conf.subcommand("table")]
         | Annotated[c.Project, tyro.conf.subcommand("project")]
+        | Annotated[c.Doctor, tyro.conf.subcommand("doctor")]
+        | Annotated[c.Recover, tyro.conf.subcommand("recover")]
+        | Annotated[c.Migrate, tyro.conf.subcommand("migrate")]
     )
     return tyro.cli(
         kinds,
@@ -123,6 +129,8 @@ def _dispatch(command: c.Command, console: Console) -> None:
             _info(command.run, command.json)
         case c.Export():
             _export(command, console)
+        case c.Record():
+            _record(command, console)
         case c.Verify():
             _verify(command)
         case c.Reevaluate():
@@ -138,6 +146,14 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Project():
             _check_workers(command.workers)
             project(command, console)
+        case c.Doctor():
+            out = Console(highlight=False, soft_wrap=True)
+            if status := doctor(command.run, port=command.port, console=out):
+                sys.exit(status)
+        case c.Recover():
+            recover_run(command.run, command.out, command.like, console)
+        case c.Migrate():
+            migrate_run(command.run, command.out, console)
 
 
 def _listening(command: c.Explore | c.ReplayDump) -> Any:
@@ -242,6 +258,17 @@ def _export(command: c.Export, console: Console) -> None:
         number = find_elite(reader, command.archive, parse_cell(command.cell))
         write_folder(export_files(reader, number), command.out)
     console.print(f"Wrote robot {number} to {command.out}; start with its README.md", markup=False)
+
+
+def _record(command: c.Record, console: Console) -> None:
+    # what draws takes a while to import
+    from app.recording import check, record_elite
+
+    check(command)
+    with RunReader(command.run) as reader:
+        number = find_elite(reader, command.archive, parse_cell(command.cell))
+        record_elite(command, reader, number, console)
+    console.print(f"Wrote robot {number} to {command.out}", markup=False)
 
 
 def _verify(command: c.Verify) -> None:

@@ -87,6 +87,30 @@ class Export:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Record:
+    """Write a replay of one robot as a video, a picture or a page that plays without a server."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
+    cell: str
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    out: Path
+    """File to write: *.mp4, *.png or *.html."""
+    target: int = 0
+    """Target of the trial, from 0."""
+    repeat: int = 0
+    """Noise seed of the trial, from 0, among those the robot was evaluated with."""
+    at: float | None = None
+    """Moment of the picture, in s of the trial; without it the end."""
+    speed: float = 1.0
+    """Seconds of the trial in a second of the video."""
+    light: bool = False
+    """Picture or video on a bright ground."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Verify:
     """Simulate an elite again, with fresh noise and, if asked for, another physics.
 
@@ -190,6 +214,55 @@ class Reevaluate:
     """Print JSON."""
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Check this installation, and run files: a line for each thing, with what to do about it.
+
+    Ends with 1 if there is a problem.
+    """
+
+    run: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """Run files; they are only read."""
+    port: int = 8080
+    """Port that the app would listen on."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Recover:
+    """Save every whole generation of a damaged run, and the evaluations after them, into a new file."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+    like: Path | None = None
+    """A run of the same configuration, for a file that has lost its own."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Migrate:
+    """Write a copy of a run in the present format; the file of the older format stays as it is."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+
+
 Command = (
-    Explore | Evolve | Resume | Info | Export | Verify | ReplayDump | Table | Project | Compare | Reevaluate
+    Explore
+    | Evolve
+    | Resume
+    | Info
+    | Export
+    | Record
+    | Verify
+    | ReplayDump
+    | Table
+    | Project
+    | Compare
+    | Reevaluate
+    | Doctor
+    | Recover
+    | Migrate
 )

@@ -18,12 +18,14 @@ from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.marks import Marks
 from app.navigation import Navigation
-from app.palette import Command, add_commands
+from app.palette import add_commands
 from app.player import Player
 from app.run_panel import RunPanel
+from app.session_commands import steering_commands, viewing_commands
 from app.shared_scale import SharedScale
 from app.stage import Stage
 from app.state import Selection, SessionState
+from app.takeaway import Takeaway
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.archive import Cell
@@ -71,7 +73,7 @@ class Session:
                 layout_chosen=guarded(self._set_layout),
                 colors_changed=guarded(self._set_colors),
                 growth_played=guarded(self._play_growth),
-                space_pressed=self._toggle_replay,
+                space_pressed=guarded(self.toggle_replay),
             ),
         )
         if not read_only:
@@ -87,6 +89,14 @@ class Session:
                 ancestor_chosen=guarded(self.choose_ancestor),
                 pin=guarded(lambda: self._stage.pin()),
             ),
+        )
+        self._takeaway = Takeaway(
+            client,
+            self._state,
+            library,
+            self._actions,
+            budget=self._budget,
+            moment=lambda: self._player.time,
         )
         self._stage = Stage(
             client,
@@ -114,75 +124,12 @@ class Session:
             ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        add_commands(client.gui, self._commands(read_only))
+        commands = viewing_commands(self, self._actions, self._archives.picker, self._takeaway)
+        if not read_only:
+            commands += steering_commands(self._run, self._actions)
+        add_commands(client.gui, commands)
         self._navigation = Navigation(client, self, self._state, library, self._actions)
         self._navigation.begin()
-
-    def _commands(self, read_only: bool) -> list[Command]:
-        guarded, icon = self._actions.guarded, viser.Icon
-        found = [
-            Command(
-                "Choose a run",
-                "Unfold the list of runs",
-                icon.LIST,
-                guarded(self._archives.picker.show_list),
-            ),
-            Command(
-                "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(self.open_next)
-            ),
-            Command(
-                "Show the first generation",
-                "The maps as they began",
-                icon.PLAYER_SKIP_BACK,
-                guarded(lambda: self.show_generation(0)),
-            ),
-            Command(
-                "Show the newest generation",
-                "The maps as they are, and as a live run goes on",
-                icon.PLAYER_SKIP_FORWARD,
-                guarded(self._show_newest),
-            ),
-            Command(
-                "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(self._toggle_replay)
-            ),
-            Command(
-                "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(self._replay_again)
-            ),
-            Command(
-                "Export this robot",
-                "Download it as a zip: MJCF, genotypes, bill of materials",
-                icon.DOWNLOAD,
-                guarded(self.export, alone=False),
-            ),
-        ]
-        run = self._run
-        steering = [
-            Command(
-                "Start the new run",
-                "As its form on the right says",
-                icon.ROCKET,
-                guarded(run.start_run, alone=False),
-            ),
-            Command(
-                "Pause this run",
-                "Its process saves and ends; Resume goes on exactly there",
-                icon.PLAYER_PAUSE,
-                guarded(run.pause_run, alone=False),
-            ),
-            Command(
-                "Resume this run",
-                "As if it had never stopped",
-                icon.PLAYER_TRACK_NEXT,
-                guarded(run.resume_run, alone=False),
-            ),
-            Command(
-                "Stop this run",
-                "Its process saves and ends",
-                icon.PLAYER_STOP,
-                guarded(run.stop_run, alone=False),
-            ),
-        ]
-        return found if read_only else found + steering
 
     def open_next(self) -> None:
         """Show the run below the shown one in the list, after the last the first."""
@@ -192,11 +139,17 @@ class Session:
         k = paths.index(self._state.path) if self._state.path in paths else -1
         self.open_run(paths[(k + 1) % len(paths)])
 
-    def _show_newest(self) -> None:
+    def show_newest(self) -> None:
+        """Show the maps as they are, and follow the run."""
         if self._state.last is not None:
             self.show_generation(self._state.last.number)
 
-    def _replay_again(self) -> None:
+    def replay_again(self) -> None:
+        """Play the replay from its start.
+
+        Raises:
+            InvalidData: there is none.
+        """
         if self._player.replay is None:
             raise InvalidData("Click a filled cell of a map first.")
         self._player.seek(self._player.replay.start_time)
@@ -210,6 +163,7 @@ class Session:
             self._navigation.close()
             self._library.unwatch(self)
             self._growth.stop()
+            self._takeaway.close()
             self._stage.close()
             self._player.close()
 
@@ -224,6 +178,7 @@ class Session:
         self._player.unload()
         self._stage.clear()
         self._robot.show_no_robot()
+        self._takeaway.panel.allow_robot(False)
         self._stage.choose(None)
         self._board.clear()
         self._state.begin(path, reader)
@@ -299,7 +254,7 @@ class Session:
         self._show_chosen(target, repeat, fresh)
 
     def choose_ancestor(self, number: int) -> None:
-        """Choose a robot from the lineage of the one that was chosen before, and replay it, elite or not.
+        """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
 
         Raises:
             RunFileError: the run has no such evaluation.
@@ -310,7 +265,7 @@ class Session:
         self._state.selection = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show_chosen(0, 0, 0)
+        self._show_chosen(self._state.target, 0, 0)
 
     def _show_chosen(self, target: int, repeat: int, fresh: int) -> None:
         chosen = self._state.selection
@@ -323,6 +278,7 @@ class Session:
         self._robot.show_robot(
             self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
+        self._takeaway.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
         reader = self._reader()
         self._stage.choose(
@@ -480,8 +436,10 @@ class Session:
         """Run through the generations, or stop that."""
         if self._growth.playing:
             self._growth.stop()
-        elif self._board.generation is not None and self._state.last is not None:
-            self._growth.play(self._board.generation, self._state.last.number)
+        elif self._board.generation is not None:
+            self._growth.play(
+                self._board.generation, lambda: self._state.last.number if self._state.last else 0
+            )
 
     def _grow(self, number: int) -> bool:
         """Show the next generation of those that play, unless something has stopped that."""
@@ -496,7 +454,8 @@ class Session:
         self._actions.guarded(show)()
         return shown
 
-    def _toggle_replay(self) -> None:
+    def toggle_replay(self) -> None:
+        """Play or pause the replay, if there is one."""
         if self._player.replay is not None:
             self._player.pause() if self._player.playing else self._player.play()
             self._transport.refresh()

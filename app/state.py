@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+from app.basket import Item
 from engine.archive import Cell
 from engine.evaluation import Evaluation
 from engine.lineage import Ancestor
@@ -54,6 +55,7 @@ class SessionState:
         selection: the chosen robot.
         target, repeat: the trial of it that is replayed, both counted from 0.
         fresh: number of the fresh noise that it is replayed with, 0 for the noise it was evaluated with.
+        basket: robots that were put aside, of any runs.
     """
 
     path: Path | None = None
@@ -65,9 +67,10 @@ class SessionState:
     target: int = 0
     repeat: int = 0
     fresh: int = 0
+    basket: tuple[Item, ...] = ()
 
     def begin(self, path: Path, reader: RunReader) -> None:
-        """Forget all of another run."""
+        """Forget all of another run; the basket stays."""
         self.path, self.reader = path, reader
         self.generations, self.follow_newest = [], True
         self.selection = None

@@ -20,13 +20,14 @@ from app.library import UPLOADS
 from app.viser_private import Gate
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.reader import RunReader
+from engine.schema import TABLES
 from engine.store import SUFFIX
 
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""
 MAX_FILES: Final = 20
 """Files that are kept; who wants more deletes some."""
-_KNOWN: Final = {"meta", "evaluations", "generations", "placements", "state"}
+_KNOWN: Final = set(re.findall(r"CREATE TABLE (\w+)", TABLES))
 _unsafe = re.compile(r"[^A-Za-z0-9_-]+")
 _one_at_a_time = threading.Lock()
 

@@ -29,6 +29,8 @@ class Drawing:
         nodes: (nodes + actuators, 3) centres of spheres.
         cables: (cables, 2, 3) end points.
         cable_colors: (cables, 2, 3) uint8.
+        tension: (cables,) 0 slack to 1 in the full colour; of every module the passive cables, then the
+            servo's.
     """
 
     rod_positions: np.ndarray
@@ -36,6 +38,7 @@ class Drawing:
     nodes: np.ndarray
     cables: np.ndarray
     cable_colors: np.ndarray
+    tension: np.ndarray
 
 
 class RobotGeometry:
@@ -85,20 +88,27 @@ class RobotGeometry:
         turn = pose[..., 3:].astype(float)
         nodes = position[:, self._rod] + rotate(turn[:, self._rod], self._local)
         ends = cable_ends(pose)
-        colors = self._tension_colors(ends, lengths) if tension else self._plain_colors
+        shares = self._tensions(ends, lengths)
+        colors = self._tension_colors(shares) if tension else self._plain_colors
         return Drawing(
             rod_positions=position.reshape(-1, 3).astype(np.float32),
             rod_turns=_multiply(turn, self._align).reshape(-1, 4).astype(np.float32),
             nodes=nodes.reshape(-1, 3).astype(np.float32),
             cables=ends.reshape(-1, 2, 3).astype(np.float32),
             cable_colors=np.repeat(colors.reshape(-1, 1, 3), 2, axis=1),
+            tension=shares.ravel(),
         )
 
-    def _tension_colors(self, ends: np.ndarray, commanded: np.ndarray) -> np.ndarray:
+    def _tensions(self, ends: np.ndarray, commanded: np.ndarray) -> np.ndarray:
+        """Return the (modules, cables) tensions as shares of those that are drawn in the full colour."""
         length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1)
         passive, internal = np.split(length, [len(t.CABLES)], axis=1)
         pull = passive_tension(passive, self._stiffness) / self._full_tension
         drawn_in = internal_tension(internal, commanded) / t.SERVO_MAX_TENSION
+        return np.clip(np.concatenate([pull, drawn_in], axis=1), 0.0, 1.0)
+
+    def _tension_colors(self, shares: np.ndarray) -> np.ndarray:
+        pull, drawn_in = np.split(shares, [len(t.CABLES)], axis=1)
         return np.concatenate(
             [
                 _blend(theme.CABLE_SLACK, theme.CABLE_TAUT, pull),
