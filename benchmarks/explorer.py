@@ -82,7 +82,7 @@ def main(arguments: Arguments) -> int:
     a = arguments
     if a.quick:
         a = dataclasses.replace(
-            a, clicks=4, clients=2, seconds=1.0, selections=8, evaluations=600, updates=2, quick=True
+            a, clicks=2, clients=2, seconds=1.0, selections=4, evaluations=600, updates=1, quick=True
         )
     console = Console()
     console.print(machine())

@@ -55,8 +55,8 @@ def explorer(runs: Sequence[Path], folder: Path) -> Iterator[ServerProcess]:
             assert process.stdout is not None
             for line in process.stdout:
                 lines.append(line)
-                if found := re.search(r"http://\S+", line):
-                    yield ServerProcess(process, found[0])
+                if found := re.search(r"TensAtlas is at (http://\S+)", line):
+                    yield ServerProcess(process, found[1])
                     break
             else:
                 raise RuntimeError("the explorer does not start: " + "".join(lines))

@@ -173,7 +173,8 @@ def _name(what: str) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.1f}"
+    # without the sign of a negative zero
+    return "–" if value is None else f"{round(value, 1) + 0.0:.1f}"
 
 
 def _signed(value: float | None) -> str:
