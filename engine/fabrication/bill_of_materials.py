@@ -268,6 +268,7 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
             groups = [("passive cables", p.quantity)]
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
+        where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""
         material = materials.cable.material if p.flexible else materials.plastic.material
         result += [
             Part(
@@ -276,7 +277,7 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
                 quantity=quantity,
                 mass=p.mass,
                 source=Source.ASSUMED,
-                note=f"printed, {material}; {p.note}",
+                note=f"printed, {material}; {p.note}{where}",
             )
             for group, quantity in groups
         ]

@@ -162,7 +162,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             everywhere,
             servo_drum(materials.servo),
             materials,
-            "the servo's arm: five grooves that wind the internal cables",
+            "the servo's arm: five grooves that wind the internal cables while it turns counter-clockwise,"
+            " seen from above; print it wide end down",
         ),
     ]
     if n > 1:
