@@ -383,7 +383,7 @@ def _mount_blank(motor: ServoMotor, printer: Printer) -> Manifold:
     web = solids.box((low, CLAMP[0], z0 + half_width), (high, CLAMP[1], 0.0))
     tube = solids.bar((0, CLAMP[0], 0), (0, CLAMP[1], 0), bore + 1.6, segments=solids.SEGMENTS)
     point = guide_point()
-    arm = solids.box((0.0, -2.0, -2.0), (point[0] - 2.0, 2.0, 2.0))
+    arm = solids.bar((0, 0, 0), (point[0] - 2.0, 0, 0), 1.6, segments=32)
     ball = Manifold.sphere(1e3 * t.ACTUATOR_RADIUS, 32).translate((point[0], point[1], point[2]))
     body = plate + web + tube + arm + ball
     return body - solids.bar((0, -50, 0), (0, 50, 0), bore, segments=solids.SEGMENTS)
