@@ -138,9 +138,11 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
     simulated = dict.fromkeys(GROUPS, 0.0)
     simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
     simulated["servo rod"] = n * t.SERVO_ROD_MASS
+    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
     why = {
         "plain rods": f"{materials.rod.material} and two printed caps each",
-        "servo rod": "rod, caps, servo, mount, drum and screws, filled up with ballast",
+        "servo rod": "rod, caps, servo, mount, drum and screws"
+        + (", and ballast for what the module lacks" if ballast else ""),
         "passive cables": "massless in the simulation",
         "internal cables": "massless in the simulation",
         "links": "massless in the simulation",
@@ -149,7 +151,6 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
         MassLine(group=g, simulated=simulated[g], built=_mass(listed, g), explanation=why[g])
         for g in GROUPS[:-1]
     )
-    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
     excess = sum(line.built - line.simulated for line in lines)
     return MassBalance(lines=lines, ballast=ballast, excess=excess if excess > 1e-9 else 0.0)
 

@@ -21,7 +21,7 @@ from engine.fabrication.module_state import floating_module
 from engine.fabrication.problems import problems
 from engine.morphology import Morphology
 
-BODY = Morphology((3, 8), (1, 2))
+BODY = Morphology((3, 9), (1, 2))
 MATERIALS = load_materials()
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
@@ -206,7 +206,7 @@ def test_equal_robots_give_equal_files():
         "joints.csv",
         "bill_of_materials.csv",
         "parts/net_stiffness_0.3.stl",
-        "parts/cap_stiffness_0.8.3mf",
-        "net/net_stiffness_0.8.dxf",
+        "parts/cap_stiffness_0.9.3mf",
+        "net/net_stiffness_0.9.dxf",
         "net/net_stiffness_0.3.svg",
     } <= set(first)
