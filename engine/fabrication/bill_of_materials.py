@@ -270,7 +270,10 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
         where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""
-        material = materials.cable.material if p.flexible else materials.plastic.material
+        material = materials.plastic.material
+        if p.flexible:
+            printed = materials.cable.form == "printed"
+            material = materials.cable.material if printed else "TPU or another flexible filament"
         result += [
             Part(
                 name=p.name,

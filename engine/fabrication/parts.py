@@ -27,6 +27,8 @@ from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net, module_net
 from engine.fabrication.pull_test import Coupon, coupon
 from engine.morphology import Morphology
 
+FLEXIBLE_DENSITY: Final = 1190.0
+"""Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""
 CORNER_AREA: Final = 0.1
 """What a disc cannot reach of a sharp corner, in mm2: less than this is no thin wall."""
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
@@ -210,8 +212,10 @@ def _part(
     solid = solid.translate((-low[0], -low[1], -low[2]))
     size = solids.extent(solid)
     bed = (printer.bed_x, printer.bed_y, printer.bed_z)
-    # a link is of printed rubber even where the cables are cord
-    density = materials.cable.density if flexible else materials.plastic.density
+    density = materials.plastic.density
+    if flexible:
+        # links are printed even where the cables are cord
+        density = materials.cable.density if materials.cable.form == "printed" else FLEXIBLE_DENSITY
     return PrintedPart(
         name=name,
         quantity=quantity,
