@@ -10,11 +10,13 @@ import dataclasses
 import io
 from typing import Final
 
+import numpy as np
+
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials, load_materials
-from engine.fabrication.parts import drum_errors, groove_radii, printed_parts
+from engine.fabrication.parts import drum_errors, groove_radii, printed_parts, servo_rod_centre_of_mass
 from engine.fabrication.quantity import Source
 from engine.fabrication.rods import rods, stock_plan
 from engine.morphology import Morphology
@@ -139,10 +141,21 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
     simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
     simulated["servo rod"] = n * t.SERVO_ROD_MASS
     ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
+    rod = (
+        sum(
+            p.quantity * p.mass
+            for p in listed
+            if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
+        )
+        / n
+    )
+    off = servo_rod_centre_of_mass(materials, rod) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
     why = {
         "plain rods": f"{materials.rod.material} and two printed caps each",
         "servo rod": "rod, caps, servo, mount, drum and screws"
-        + (", and ballast for what the module lacks" if ballast else ""),
+        + (", and ballast for what the module lacks" if ballast else "")
+        + f"; without ballast its centre of mass lies {1e3 * float(np.linalg.norm(off)):.0f} mm off the"
+        " simulated one",
         "passive cables": "massless in the simulation",
         "internal cables": "massless in the simulation",
         "links": "massless in the simulation",

@@ -462,6 +462,19 @@ def drum_in_place(motor: ServoMotor) -> Manifold:
     return solids.placed(servo_drum(motor), turned, np.array([DRUM_HEIGHT, y, z]))
 
 
+def servo_rod_centre_of_mass(materials: Materials, rod_mass: float) -> np.ndarray:
+    """Return (3,) of a servo rod with servo, mount and drum, without ballast, in m, in the rod's frame.
+
+    The simulation has it at ``tensegrity.SERVO_ROD_CENTRE_OF_MASS``. ``rod_mass`` is of the rod with its
+    caps, in kg; the servo counts as evenly filled.
+    """
+    motor, density = materials.servo, 1e-9 * materials.plastic.density
+    mount, drum, body = servo_mount(motor, materials.printer), drum_in_place(motor), servo_body(motor)
+    masses = np.array([motor.mass, density * mount.volume(), density * drum.volume(), rod_mass])
+    centres = np.array([*(solids.centroid(s) for s in (body, mount, drum)), np.zeros(3)])
+    return 1e-3 * masses @ centres / masses.sum()
+
+
 def _laid(mount: Manifold) -> Manifold:
     """Lay the mount on its plate, the guide up: x becomes z."""
     return solids.placed(mount, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), np.zeros(3))

@@ -109,3 +109,11 @@ def extent(solid: Manifold) -> tuple[float, float, float]:
     """Return the size in x, y and z, in mm."""
     b = solid.bounding_box()
     return b[3] - b[0], b[4] - b[1], b[5] - b[2]
+
+
+def centroid(solid: Manifold) -> np.ndarray:
+    """Return the (3,) centre of a solid's volume, in mm: tetrahedra from the origin to its triangles."""
+    vertices, faces = triangles(solid)
+    corners = vertices[faces]
+    volumes = np.linalg.det(corners) / 6
+    return volumes @ corners.sum(axis=1) / (4 * volumes.sum())

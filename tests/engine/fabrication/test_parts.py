@@ -160,6 +160,17 @@ def test_guide_holes_leave_the_ball_whole():
         assert apart > 1.2 + 0.8
 
 
+def test_the_servo_rods_centre_of_mass_is_told():
+    box = solids.box((1, 2, 3), (5, 4, 4)) + solids.box((11, 2, 3), (15, 4, 4))
+    assert solids.centroid(box) == pytest.approx([8, 3, 3.5])
+    centre = p.servo_rod_centre_of_mass(MATERIALS, 0.0015)
+    far = np.linalg.norm(centre - np.array(t.SERVO_ROD_CENTRE_OF_MASS))
+    line = next(x for x in mass_balance(BODY, MATERIALS).lines if x.group == "servo rod")
+    assert f"lies {1e3 * far:.0f} mm off the simulated one" in line.explanation
+    # the heavy servo lies on the quarter where its axis is
+    assert np.sign(centre[1:]) == pytest.approx(np.sign(p.SERVO_AXIS))
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_masses_add_up_to_the_simulated_one(name):
     materials = load_materials(name)
