@@ -16,9 +16,10 @@ from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials, load_materials
-from engine.fabrication.parts import drum_errors, groove_radii, printed_parts, servo_rod_centre_of_mass
+from engine.fabrication.parts import printed_parts
 from engine.fabrication.quantity import Source
 from engine.fabrication.rods import rods, stock_plan
+from engine.fabrication.servo_parts import drum_errors, groove_radii, servo_rod_centre_of_mass
 from engine.morphology import Morphology
 
 COLUMNS: Final = (

@@ -10,6 +10,7 @@ import trimesh
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication import parts as p
+from engine.fabrication import servo_parts as sp
 from engine.fabrication import solids
 from engine.fabrication.assembly import robot_glb, servo_clearance
 from engine.fabrication.bill_of_materials import mass_balance, parts, simulated_mass
@@ -119,12 +120,12 @@ def test_notches_point_along_the_cables_at_every_node():
 
 
 def test_the_drum_winds_the_strokes_of_the_simulated_table():
-    radii = p.groove_radii(MATERIALS.servo)
+    radii = sp.groove_radii(MATERIALS.servo)
     assert np.pi * radii == pytest.approx(1e3 * (servo.TARGET_LENGTHS[0] - servo.TARGET_LENGTHS[180]))
-    assert p.drum_errors(MATERIALS.servo).max() < 3.6
-    drum = p.servo_drum(MATERIALS.servo)
-    for k, node in enumerate(p.drum_order(MATERIALS.servo)):
-        z = p.FLANGE + k * (p.FLANGE + p.GROOVE) + p.GROOVE / 2
+    assert sp.drum_errors(MATERIALS.servo).max() < 3.6
+    drum = sp.servo_drum(MATERIALS.servo)
+    for k, node in enumerate(sp.drum_order(MATERIALS.servo)):
+        z = sp.FLANGE + k * (sp.FLANGE + sp.GROOVE) + sp.GROOVE / 2
         section = drum.slice(z)
         r = radii[t.SERVO_NODES.index(node)]
         assert max(section.bounds()) == pytest.approx(r, abs=0.02)
@@ -132,8 +133,8 @@ def test_the_drum_winds_the_strokes_of_the_simulated_table():
 
 def test_servo_mount_and_drum_have_room():
     motor = MATERIALS.servo
-    mount, body = p.servo_mount(motor, MATERIALS.printer), p.servo_body(motor)
-    drum = p.drum_in_place(motor)
+    mount, body = sp.servo_mount(motor, MATERIALS.printer), sp.servo_body(motor)
+    drum = sp.drum_in_place(motor)
     rod = solids.bar((0, -41, 0), (0, 41, 0), 1e3 * t.ROD_RADIUS)
     for a, b in itertools.combinations((mount, body, drum, rod), 2):
         assert (a ^ b).volume() < 1e-6
@@ -148,14 +149,14 @@ def test_servo_mount_and_drum_have_room():
         for node in t.SERVO_NODES:
             # no internal cable cuts through the servo on its way
             end = (nodes[node] - (a + b) / 2) @ frame
-            towards = (end - p.guide_point()) / np.linalg.norm(end - p.guide_point())
-            line = solids.bar(p.guide_point() + 4.2 * towards, end, 0.15)
+            towards = (end - sp.guide_point()) / np.linalg.norm(end - sp.guide_point())
+            line = solids.bar(sp.guide_point() + 4.2 * towards, end, 0.15)
             assert all((solid ^ line).volume() == 0 for solid in (mount, body, drum))
 
 
 def test_guide_holes_leave_the_ball_whole():
-    holes = [p._direction(node) for node in t.SERVO_NODES]
-    for a, b in itertools.combinations([*holes, p.line_entry(MATERIALS.servo)], 2):
+    holes = [sp.guide_direction(node) for node in t.SERVO_NODES]
+    for a, b in itertools.combinations([*holes, sp.line_entry(MATERIALS.servo)], 2):
         apart = 1e3 * t.ACTUATOR_RADIUS * np.linalg.norm(a - b)
         assert apart > 1.2 + 0.8
 
@@ -163,12 +164,12 @@ def test_guide_holes_leave_the_ball_whole():
 def test_the_servo_rods_centre_of_mass_is_told():
     box = solids.box((1, 2, 3), (5, 4, 4)) + solids.box((11, 2, 3), (15, 4, 4))
     assert solids.centroid(box) == pytest.approx([8, 3, 3.5])
-    centre = p.servo_rod_centre_of_mass(MATERIALS, 0.0015)
+    centre = sp.servo_rod_centre_of_mass(MATERIALS, 0.0015)
     far = np.linalg.norm(centre - np.array(t.SERVO_ROD_CENTRE_OF_MASS))
     line = next(x for x in mass_balance(BODY, MATERIALS).lines if x.group == "servo rod")
     assert f"lies {1e3 * far:.0f} mm off the simulated one" in line.explanation
     # the heavy servo lies on the quarter where its axis is
-    assert np.sign(centre[1:]) == pytest.approx(np.sign(p.SERVO_AXIS))
+    assert np.sign(centre[1:]) == pytest.approx(np.sign(sp.SERVO_AXIS))
 
 
 @pytest.mark.parametrize("name", PRESETS)
