@@ -42,11 +42,12 @@ REPEAT: Final = 0
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class _Trial:
+class Trial:
     """One trial, simulated again; K control updates, S seconds.
 
     Attributes:
         settled: the complete state after settling.
+        pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
         score: how the task scores the end, in m.
@@ -54,28 +55,27 @@ class _Trial:
     """
 
     settled: np.ndarray
+    pose: np.ndarray
     commands: np.ndarray
     path: np.ndarray
     score: float
     walls: tuple[Wall, ...]
 
 
-def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
+def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> dict[str, bytes]:
     """Return name and content of every file that describes an evaluation.
 
     Args:
         reader: of the run.
         number: of the evaluation.
+        trial: its trial, if it has been simulated again already.
 
     Raises:
         RunFileError: there is no such evaluation, or it is damaged.
         ExportError: its simulation failed, so that there is nothing to show.
     """
     evaluation = reader.evaluation(number)
-    if evaluation.fitness is None or not np.isfinite(evaluation.distances).all():
-        reason = evaluation.failure or "it has no complete result"
-        raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
-    trial = _simulate(reader.config, evaluation)
+    trial = simulate_trial(reader.config, evaluation) if trial is None else trial
     names, xml = _robot_xml(reader.config, evaluation.solution.morphology, trial)
     period = reader.config.physics.control_period
     # nine decimals undo the rounding of k x period; the lengths themselves keep every digit
@@ -126,30 +126,38 @@ def write_folder(files: dict[str, bytes], out: Path) -> None:
             shutil.rmtree(partial, ignore_errors=True)
 
 
-def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
-    """Repeat the exported trial exactly as it was evaluated."""
+def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
+    """Repeat the exported trial exactly as it was evaluated.
+
+    Raises:
+        ExportError: the evaluation failed, or cannot be repeated with this version.
+    """
+    if evaluation.fitness is None or not np.isfinite(evaluation.distances).all():
+        reason = evaluation.failure or "it has no complete result"
+        number = evaluation.solution.number
+        raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
     loop = repeat_trial(config, evaluation, target=TARGET, repeat=REPEAT)
     commands: list[np.ndarray] = []
 
     def observe(sim: SimulationBatch) -> None:
         commands.append(sim.commanded[0, 0].ravel().copy())
 
-    settled = loop.sim.state()[0, 0]
+    settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
     (result,) = loop.run(config.trials.trial_time, observe)
     if result.failed is not None:
         raise ExportError(
             f"evaluation {evaluation.solution.number} cannot be repeated with this version:"
             f" {result.failures[result.failed]}"
         )
-    return _Trial(
-        settled, np.array(commands), result.trajectory[0], float(result.scores[0]), loop.walls[0][0]
+    return Trial(
+        settled, pose, np.array(commands), result.trajectory[0], float(result.scores[0]), loop.walls[0][0]
     )
 
 
 def _robot_xml(
     config: RunConfig,
     morphology: Morphology,
-    trial: _Trial,
+    trial: Trial,
 ) -> tuple[list[str], str]:
     """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
     spec = build_spec(morphology, physics=config.physics)
@@ -190,7 +198,7 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
+def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
     task, trials = get_task(reader.config.task), reader.config.trials
     morphology, head = e.solution.morphology, Head.of(e.solution.morphology, e.head_is_end)
     assert e.fitness is not None
