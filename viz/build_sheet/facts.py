@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import re
+from typing import Final
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from engine.robustness import Robustness, load_robust_of
 from engine.simulation import Head
 from engine.tasks import Task, get_task
 from viz.build_sheet.bodies import Body
+
+MODULE_MASS: Final = t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS
+"""What a module weighs in the simulation, in kg."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,6 +95,11 @@ class Facts:
         """How much closer to its targets the robot ends, in m."""
         assert self.evaluation.fitness is not None
         return self.task.target_distance - self.evaluation.fitness
+
+    @property
+    def mass(self) -> float:
+        """What the robot weighs in the simulation, in kg, before inertia is scaled."""
+        return self.morphology.n_modules * MODULE_MASS
 
     @property
     def body(self) -> Body:

@@ -8,7 +8,6 @@ from reportlab.lib.colors import HexColor, white
 from reportlab.platypus import Flowable, Paragraph
 
 from engine import tensegrity as t
-from engine.bill_of_materials import total_mass
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
@@ -29,7 +28,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         Paragraph(f"Robot {facts.robot_id}", style.TITLE),
         blocks.gap(2),
         blocks.body(
-            f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_kilo(total_mass(facts.morphology))} g,"
+            f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_kilo(facts.mass)} g,"
             f" evolved in simulation to {style.escaped(summary)}. This sheet and the folder that it came in"
             " are all that is needed to build it."
         ),
@@ -64,7 +63,7 @@ def _identity(facts: Facts, width: float) -> Flowable:
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
         ("Evaluation no.", str(facts.evaluation.solution.number), "Cable stiffness", _stiffness(facts)),
         ("Task", style.escaped(facts.task.name), "Size, settled", f"{length:.1f} × {breadth:.1f} × {height:.1f} cm"),
-        ("Date of the run", facts.date, "Mass", f"{_kilo(total_mass(facts.morphology))} g"),
+        ("Date of the run", facts.date, "Mass", f"{_kilo(facts.mass)} g"),
         (
             "Made with",
             f"TensAtlas {style.escaped(facts.versions.get('tensatlas', '?'))},"
