@@ -20,7 +20,7 @@ import numpy as np
 
 from engine import config as configuration
 from engine import tensegrity as t
-from engine.bill_of_materials import bill_of_materials, total_mass
+from engine.fabrication.bill_of_materials import bill_of_materials, total_mass
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation

@@ -1,0 +1,427 @@
+"""What a robot is built from: a TOML file of materials and bought parts, SI inside.
+
+Keys carry their unit (``modulus_mpa``, ``length_mm``). Every key of a table is required and no other is
+allowed, so that a file says everything that the build sheet prints; ``[pull_test]`` alone may be left
+out. ``docs/fabrication.md`` explains each key.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.resources
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+from engine import tensegrity as t
+from engine.errors import InvalidData
+from engine.fabrication.quantity import Source
+
+PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
+"""Names of the materials files that ship with the project; the first is the default."""
+
+MIN_TAIL: Final = 0.006
+"""The shortest cap that holds a rod, in m: a cable lies along its rod at least this far."""
+MAX_TAIL: Final = 0.028
+"""The longest cap that leaves room for the servo's mount between two of them, in m."""
+CAP_TIP: Final = 0.0015
+"""Solid end of a cap between the end of its rod and the plane in which the cables leave, in m."""
+
+CableForm = Literal["printed", "cord"]
+"""Printed flat as one net, or bought as round cord and cut to length."""
+
+_UNITS: Final = {"mpa": 1e6, "mm": 1e-3, "mm2": 1e-6, "g": 1e-3, "percent": 1e-2}
+
+
+def _number(unit: str = "", *, zero: bool = False, optional: bool = False) -> Any:
+    """Describe a number of the file: its unit, whether it may be 0 and whether it may be left out."""
+    extra: dict[str, Any] = {"default": None} if optional else {}
+    return dataclasses.field(metadata={"unit": unit, "zero": zero}, **extra)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class CableMaterial:
+    """``[cable]``: what the 24 passive cables of a module are made of.
+
+    Attributes:
+        material: its name, for people.
+        form: printed net or cord.
+        modulus: secant modulus at the working strain, in Pa.
+        density: in kg/m3.
+        max_strain: the largest strain at which it springs back.
+        max_tail: how much of a cable may lie along a rod at each of its ends, in m.
+        stock_diameters: of the cord that can be bought, in m, increasing; empty if printed.
+        k_ref: measured stiffness of the cables of relative stiffness 1.0 in N/m; None: the simulation's.
+    """
+
+    material: str
+    form: CableForm
+    modulus: float = _number("mpa")
+    density: float = _number("kg_m3")
+    max_strain: float = _number("percent")
+    max_tail: float = _number("mm", zero=True)
+    stock_diameters: tuple[float, ...] = _number("mm")
+    k_ref: float | None = _number("n_per_m", optional=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Printer:
+    """``[printer]``.
+
+    Attributes:
+        nozzle: diameter and least width of a printed line, in m.
+        layer: height of a layer, in m.
+        min_layers: fewest layers of a cable.
+        min_wall: least thickness of a rigid part's walls, in m.
+        bed_x, bed_y, bed_z: the space that a part must fit, in m.
+        clearance: between a hole and what is put into it, on the diameter, in m.
+    """
+
+    nozzle: float = _number("mm")
+    layer: float = _number("mm")
+    min_layers: int = _number()
+    min_wall: float = _number("mm")
+    bed_x: float = _number("mm")
+    bed_y: float = _number("mm")
+    bed_z: float = _number("mm")
+    clearance: float = _number("mm", zero=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class RodStock:
+    """``[rod]``: the stock that rods are cut from; the diameter is the simulation's.
+
+    Attributes:
+        material: its name.
+        density: in kg/m3.
+        stock_length: of a bought rod, in m.
+        kerf: what a cut takes away, in m.
+    """
+
+    material: str
+    density: float = _number("kg_m3")
+    stock_length: float = _number("mm")
+    kerf: float = _number("mm", zero=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Plastic:
+    """``[plastic]``: of the rigid printed parts (caps, mounts, drums).
+
+    Attributes:
+        material: its name.
+        density: of a solid print, in kg/m3.
+    """
+
+    material: str
+    density: float = _number("kg_m3")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class ServoMotor:
+    """``[servo]``: the bought servomotor, with the dimensions that its mount needs.
+
+    Attributes:
+        model: its name.
+        mass: with horn screw and 25 cm of cable, in kg.
+        body_length, body_width, body_height: of the case without ears and shaft, in m.
+        ear_length: over both mounting ears, in m.
+        ear_height: from the case's bottom to the ears' underside, in m.
+        screw_spacing: between the mounting screws, in m.
+        shaft_offset: from the middle of the case to the shaft, along its length, in m.
+        shaft_diameter: over the splines, in m.
+        shaft_height: from the ears' underside to the shaft's end, in m.
+        torque: at the working voltage, in N m.
+        voltage: in V.
+        stall_current: in A.
+        travel: in degrees.
+        pulse_min, pulse_max: of the control signal at 0 degrees and at full travel, in microseconds.
+    """
+
+    model: str
+    mass: float = _number("g")
+    body_length: float = _number("mm")
+    body_width: float = _number("mm")
+    body_height: float = _number("mm")
+    ear_length: float = _number("mm")
+    ear_height: float = _number("mm")
+    screw_spacing: float = _number("mm")
+    shaft_offset: float = _number("mm", zero=True)
+    shaft_diameter: float = _number("mm")
+    shaft_height: float = _number("mm")
+    torque: float = _number("n_m")
+    voltage: float = _number("v")
+    stall_current: float = _number("a")
+    travel: float = _number("degrees")
+    pulse_min: float = _number("us")
+    pulse_max: float = _number("us")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """``[line]``: the braided line of the internal cables and of the links.
+
+    Attributes:
+        material: its name.
+        diameter: in m.
+        linear_density: in kg/m.
+        elastic: what gives an internal cable its elasticity.
+    """
+
+    material: str
+    elastic: str
+    diameter: float = _number("mm")
+    linear_density: float = _number("kg_m")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Item:
+    """``[board]``, ``[battery]``: a bought part.
+
+    Attributes:
+        model: its name.
+        mass: in kg.
+        carried: whether the robot carries it; otherwise it stays beside the robot, on a tether.
+        note: what to know about it.
+    """
+
+    model: str
+    carried: bool
+    note: str
+    mass: float = _number("g")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Fastener:
+    """``[[fastener]]``: a bought small part.
+
+    Attributes:
+        model: its name.
+        per_module: how many a module needs.
+        mass: of one, in kg.
+        use: what it holds.
+    """
+
+    model: str
+    use: str
+    per_module: int = _number()
+    mass: float = _number("g", zero=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PullTest:
+    """``[pull_test]``: what was measured on the exported coupon, or on a piece of cord.
+
+    Attributes:
+        length: free length before pulling, in m.
+        area: cross-section before pulling, in m2.
+        force: that held the specimen at the extension, in N.
+        extension: in m.
+        max_strain: the largest strain from which the specimen sprang back.
+    """
+
+    length: float = _number("mm")
+    area: float = _number("mm2")
+    force: float = _number("n")
+    extension: float = _number("mm")
+    max_strain: float = _number("percent")
+
+    @property
+    def modulus(self) -> float:
+        """Secant modulus in Pa: (force / area) / (extension / length)."""
+        return (self.force / self.area) / (self.extension / self.length)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Materials:
+    """Everything that a robot is built from.
+
+    Attributes:
+        name: of the set, for the title block.
+        file: where it was read from: a preset's name or a path.
+        cable: as used: with the pull test's modulus and strain if there is one.
+        pull_test: None if nothing was measured.
+    """
+
+    name: str
+    file: str
+    cable: CableMaterial
+    printer: Printer
+    rod: RodStock
+    plastic: Plastic
+    servo: ServoMotor
+    line: Line
+    board: Item
+    battery: Item
+    fasteners: tuple[Fastener, ...]
+    pull_test: PullTest | None
+
+    @property
+    def cable_source(self) -> Source:
+        """Where modulus and allowed strain come from."""
+        return Source.MEASURED if self.pull_test else Source.ASSUMED
+
+
+_TABLES: Final[dict[str, type]] = {
+    "cable": CableMaterial,
+    "printer": Printer,
+    "rod": RodStock,
+    "plastic": Plastic,
+    "servo": ServoMotor,
+    "line": Line,
+    "board": Item,
+    "battery": Item,
+}
+
+
+def load_materials(source: str | Path = PRESETS[0]) -> Materials:
+    """Read a preset by its name or a materials file by its path.
+
+    Raises:
+        InvalidData: the file cannot be read, is not TOML, or holds something that it must not.
+    """
+    path = Path(source)
+    if str(source) in PRESETS:
+        text = preset_text(str(source))
+    else:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as e:
+            reason = e.strerror if isinstance(e, OSError) else "it is not UTF-8 text"
+            raise InvalidData(
+                f"materials file {source} cannot be read: {reason}; presets are {', '.join(PRESETS)}"
+            ) from None
+    return parse_materials(text, file=str(source))
+
+
+def preset_text(name: str) -> str:
+    """Return the text of a preset, to be copied and edited."""
+    return (importlib.resources.files("engine") / "fabrication" / "presets" / f"{name}.toml").read_text(
+        "utf-8"
+    )
+
+
+def parse_materials(text: str, *, file: str) -> Materials:
+    """Read materials from TOML text; ``file`` names it in messages.
+
+    Raises:
+        InvalidData: as for ``load_materials``.
+    """
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as e:
+        raise InvalidData(f"{file}: not a TOML file: {e}") from None
+    allowed = {"name", "fastener", "pull_test", *_TABLES}
+    for key in content:
+        if key not in allowed:
+            raise InvalidData(f"{file}: unknown key {key}; known are {', '.join(sorted(allowed))}")
+    for key in ("name", "fastener", *_TABLES):
+        if key not in content:
+            raise InvalidData(f"{file}: {key} is missing")
+    tables = {key: _read(kind, content[key], f"{file}: {key}") for key, kind in _TABLES.items()}
+    _check_cable(tables["cable"], file)
+    if tables["servo"].pulse_max <= tables["servo"].pulse_min:
+        raise InvalidData(f"{file}: servo.pulse_max_us must be more than servo.pulse_min_us")
+    cut = t.ROD_LENGTH - 2 * CAP_TIP
+    if tables["rod"].stock_length < cut:
+        raise InvalidData(f"{file}: rod.stock_length_mm must be at least {1e3 * cut:g}, the length of a rod")
+    if not isinstance(content["fastener"], list):
+        raise InvalidData(f"{file}: fastener must be a list of tables: [[fastener]]")
+    fasteners = tuple(
+        _read(Fastener, item, f"{file}: fastener[{i}]") for i, item in enumerate(content["fastener"])
+    )
+    pull_test = None
+    if "pull_test" in content:
+        pull_test = _read(PullTest, content["pull_test"], f"{file}: pull_test")
+        tables["cable"] = dataclasses.replace(
+            tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
+        )
+    return Materials(
+        name=_text(content["name"], f"{file}: name"),
+        file=file,
+        fasteners=fasteners,
+        pull_test=pull_test,
+        **tables,
+    )
+
+
+def _check_cable(cable: CableMaterial, file: str) -> None:
+    if cable.form not in get_args(CableForm):
+        raise InvalidData(f"{file}: cable.form must be printed or cord, not {cable.form!r}")
+    if not MIN_TAIL - 1e-9 <= cable.max_tail <= MAX_TAIL + 1e-9:
+        raise InvalidData(
+            f"{file}: cable.max_tail_mm must be from {1e3 * MIN_TAIL:g}, the shortest cap that holds a rod,"
+            f" to {1e3 * MAX_TAIL:g}, which leaves room for the servo; it is {1e3 * cable.max_tail:g}"
+        )
+    if cable.form == "cord" and not cable.stock_diameters:
+        raise InvalidData(f"{file}: cable.stock_diameters_mm must name the diameters that can be bought")
+    if list(cable.stock_diameters) != sorted(set(cable.stock_diameters)):
+        raise InvalidData(f"{file}: cable.stock_diameters_mm must increase")
+
+
+def _read(kind: type, table: Any, where: str) -> Any:
+    """Read a table of the file into its dataclass; ``where`` is the file and the table."""
+    if not isinstance(table, Mapping):
+        raise InvalidData(f"{where} must be a table")
+    values: dict[str, Any] = {}
+    fields = {_key(f): f for f in dataclasses.fields(kind)}
+    for key in table:
+        if key not in fields:
+            raise InvalidData(f"{where}.{key} is unknown; known are {', '.join(fields)}")
+    for key, field in fields.items():
+        if key not in table:
+            if field.default is None:
+                continue
+            raise InvalidData(f"{where}.{key} is missing")
+        values[field.name] = _value(field, table[key], f"{where}.{key}")
+    return kind(**values)
+
+
+def _key(field: dataclasses.Field[Any]) -> str:
+    unit = field.metadata.get("unit")
+    return f"{field.name}_{unit}" if unit else field.name
+
+
+def _value(field: dataclasses.Field[Any], value: Any, where: str) -> Any:
+    if "unit" not in field.metadata:
+        if field.type == "bool":
+            if type(value) is not bool:
+                raise InvalidData(f"{where} must be true or false, not {value!r}")
+            return value
+        return _text(value, where)
+    if str(field.type).startswith("tuple"):
+        if not isinstance(value, list):
+            raise InvalidData(f"{where} must be a list of numbers, not {value!r}")
+        return tuple(_checked(field, v, f"{where}[{i}]") for i, v in enumerate(value))
+    return _checked(field, value, where)
+
+
+def _checked(field: dataclasses.Field[Any], value: Any, where: str) -> float | int:
+    if type(value) not in (int, float):
+        raise InvalidData(f"{where} must be a number, not {value!r}")
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:
+        finite = False
+    if not finite:
+        raise InvalidData(f"{where} must be finite, not {value!r}")
+    if value < 0 or (value == 0 and not field.metadata["zero"]):
+        raise InvalidData(
+            f"{where} must {'not be negative' if field.metadata['zero'] else 'be positive'}, not {value!r}"
+        )
+    if field.type == "int":
+        if type(value) is not int:
+            raise InvalidData(f"{where} must be a whole number, not {value!r}")
+        return value
+    return float(value) * _UNITS.get(field.metadata["unit"], 1.0)
+
+
+def _text(value: Any, where: str) -> str:
+    # control characters would end up in drawings and file names
+    if not isinstance(value, str) or not value.strip() or not value.isprintable() or len(value) > 200:
+        raise InvalidData(
+            f"{where} must be a line of text of at most 200 characters, not {str(value)[:40]!r}"
+        )
+    return value

@@ -1,0 +1,92 @@
+"""How one module stands when it floats: the lengths of its cables, its servo off, released or contracted.
+
+What a maker holds in the hand is one module without neighbours, not yet on the ground. So the robot's
+own model of one module is simulated without gravity until it rests.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+
+from engine import servo
+from engine import tensegrity as t
+from engine.robot import Physics, build_spec
+
+HOLD: Final = 5.0
+"""Simulated seconds for which a state is held before it is measured."""
+SLACK: Final = 1.0
+"""Target length in m that lets an internal cable hang slack."""
+RELEASED: Final = 0
+CONTRACTED: Final = 180
+"""Servo commands in degrees."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class ModuleState:
+    """A floating module at rest.
+
+    Attributes:
+        cables: (24,) lengths of the passive cables between their anchors, in m, as ``tensegrity.CABLES``.
+        servo_cables: (5,) lengths of the internal cables, in m, as ``tensegrity.SERVO_NODES``.
+        servo_tensions: (5,) their tensions, in N.
+        nodes: (12, 3) in m, in the frame of the module's centre, turned as built.
+    """
+
+    cables: np.ndarray
+    servo_cables: np.ndarray
+    servo_tensions: np.ndarray
+    nodes: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _OneModule:
+    """What ``build_spec`` reads of a morphology, for a chain of one module, which no robot is."""
+
+    stiffness_levels: tuple[int]
+    faces: tuple[int] = (1,)
+    n_modules: int = 1
+
+    @property
+    def stiffnesses(self) -> tuple[float]:
+        return (self.stiffness_levels[0] / t.N_STIFFNESS_LEVELS,)
+
+
+@functools.lru_cache(maxsize=3 * t.N_STIFFNESS_LEVELS)
+def floating_module(level: int, command: int | None) -> ModuleState:
+    """Return a module of a stiffness level at rest; ``command`` in degrees, None for servo off."""
+    one: Any = _OneModule((level,))
+    model = build_spec(one, physics=Physics(), gravity=False).compile()
+    data = mujoco.MjData(model)
+    lengths = np.full(len(t.SERVO_NODES), SLACK)
+    if command is not None:
+        lengths = servo.target_lengths(np.array(command))
+    data.ctrl[:] = lengths
+    mujoco.mj_step(model, data, round(HOLD / model.opt.timestep))
+    mujoco.mj_forward(model, data)
+    cables = [data.ten_length[model.tendon(f"m0_cable_{a}_{b}").id] for a, b in t.CABLES]
+    internal = [data.ten_length[model.tendon(f"m0_servo_{n}").id] for n in t.SERVO_NODES]
+    return ModuleState(
+        cables=np.array(cables),
+        servo_cables=np.array(internal),
+        servo_tensions=-data.actuator_force.copy(),
+        nodes=_nodes(model, data),
+    )
+
+
+def _nodes(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Return the (12, 3) nodes, turned so that they lie over the built ones as well as they can."""
+    points = []
+    for n, node in enumerate(t.NODES):
+        body = model.body(f"m0_rod{t.rod_of(n)}").id
+        half = (node - t.NODES[n ^ 1]) / 2
+        points.append(data.xpos[body] + data.xmat[body].reshape(3, 3) @ half)
+    nodes = np.array(points) - np.mean(points, axis=0)
+    # Kabsch: the module may have turned while it floated
+    u, _, vt = np.linalg.svd(nodes.T @ t.NODES)
+    sign = np.sign(np.linalg.det(u @ vt))
+    return nodes @ (u @ np.diag([1.0, 1.0, sign]) @ vt)
