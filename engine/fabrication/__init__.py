@@ -1,0 +1,1 @@
+"""Physical numbers of one robot: materials, cut list, cable net, parts, firmware."""
