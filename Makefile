@@ -8,12 +8,12 @@ BIN := $(VENV)/bin
 HOST ?= 127.0.0.1
 PORT ?= 8080
 
-.PHONY: explore test check format screenshot chromium clean
+.PHONY: explore test check format screenshot chromium compiler clean
 
 explore: $(VENV)/.runtime
 	$(BIN)/tensatlas explore --host $(HOST) --port $(PORT)
 
-test: $(VENV)/.dev chromium
+test: $(VENV)/.dev chromium compiler
 	$(BIN)/python -m pytest
 
 check: $(VENV)/.dev
@@ -30,6 +30,13 @@ screenshot: $(VENV)/.dev chromium
 
 chromium: $(VENV)/.dev
 	@sh tests/browser/chromium.sh $(BIN)/python
+
+# the firmware's tests compile it; without a compiler they are skipped
+compiler:
+	@command -v c++ >/dev/null || command -v g++ >/dev/null || command -v clang++ >/dev/null || \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; \
+	  then apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq g++ >/dev/null; \
+	  else echo "The firmware is not tested without a C++ compiler; install one with: sudo apt install g++"; fi
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

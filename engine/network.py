@@ -21,7 +21,7 @@ class NetworkBatch:
     """
 
     def __init__(self, controllers: Sequence[Controller], *, n_outputs: int = N_OUTPUTS) -> None:
-        plans = [_Plan(c, n_outputs) for c in controllers]
+        plans = [Plan(c, n_outputs) for c in controllers]
         self.n_inputs = controllers[0].n_inputs
         self._depth = max(p.depth for p in plans)
         n_hidden = max(len(p.hidden) for p in plans)
@@ -68,8 +68,20 @@ def _layer(sources: np.ndarray, weights: np.ndarray, bias: np.ndarray) -> np.nda
     return 1.0 / (1.0 + np.exp(-total))
 
 
-class _Plan:
-    """One network's expressed part as dense arrays: hidden nodes in topological order, then outputs."""
+class Plan:
+    """One network's expressed part as dense arrays: hidden nodes in topological order, then outputs.
+
+    Args:
+        controller: the network.
+        n_outputs: how many of the 20 outputs are wanted; what only others depend on is left out.
+
+    Attributes:
+        hidden: keys of the H hidden nodes that are used, each after all that it depends on.
+        depth: links on the longest way from an input to a hidden node.
+        bias: (H + n_outputs,) of the hidden nodes, then of the outputs.
+        weights: (n_inputs + H, H + n_outputs) from the inputs and hidden nodes to hidden nodes and outputs,
+            times the response of the node they lead to; 0 where there is no link.
+    """
 
     def __init__(self, controller: Controller, n_outputs: int) -> None:
         genes = {n.key: n for n in controller.nodes}

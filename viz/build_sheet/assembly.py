@@ -15,10 +15,10 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
-from viz.build_sheet.scene import Ball, Camera, Tube, View, paint
+from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
 from viz.build_sheet.style import Paper
 
-CAMERA: Final = Camera.looking(-31, 22)
+CAMERA: Final = clearest(t.NODES, range(-44, 46, 4), range(12, 40, 3))
 PICTURE_HEIGHT: Final = 158.0
 PAIRS: Final = ((0, 1), (2, 3), (4, 5))
 """Parallel rods; the pairs are perpendicular to each other."""
@@ -80,7 +80,7 @@ def steps_of(materials: Materials) -> list[Step]:
             (0, 1, 2, 3, 4, 5),
         ),
         Step(
-            "First pair: rods 0 and 1, upright in the picture's depth",
+            "First pair: rods 0 and 1",
             f"{hook} of nodes 0 and 1 on the caps of rod 0, those of 2 and 3 on rod 1. Both rods are parallel,"
             f" {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],

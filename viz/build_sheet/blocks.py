@@ -53,7 +53,11 @@ def gap(height: float = 6.0) -> Spacer:
 
 def together(parts: Sequence[Flowable]) -> KeepTogether:
     """Return parts that stay on one page."""
-    return KeepTogether(list(parts))
+    flat: list[Flowable] = []
+    for part in parts:
+        # one that is nested in another would be put on a page of its own
+        flat += part._content if isinstance(part, KeepTogether) else [part]
+    return KeepTogether(flat)
 
 
 class Grid(Table):

@@ -15,10 +15,9 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
-from viz.build_sheet.scene import Ball, Camera, Tube, View, paint
+from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
 from viz.build_sheet.style import Paper
 
-CAMERA: Final = Camera.looking(-24, 18)
 APART: Final = 0.055
 """How far modules are pulled apart in the pictures, in m."""
 PICTURE_HEIGHT: Final = 168.0
@@ -105,10 +104,12 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
         [lambda p, r=r, c=c, s=s: r.apply(p) + c + s for (r, c), s in zip(places, shifts, strict=True)],
         facts.morphology.faces[i : i + 2],
     )
-    pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
-    view = View.fitting(CAMERA, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
-    things: list[Tube | Ball] = []
     met = ([a for a, _ in joint.node_pairs], [b for _, b in joint.node_pairs])
+    ends = np.concatenate([body.nodes[0, met[0]], body.nodes[1, met[1]]])
+    camera = clearest(ends, range(-36, 40, 4), range(6, 36, 3))
+    pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
+    view = View.fitting(camera, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
+    things: list[Tube | Ball] = []
     for k in (0, 1):
         for r in range(len(t.RODS)):
             things.append(body.rod(k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))

@@ -136,7 +136,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
         "strain, built / contracted (%)",
         "can be made",
     )
-    shares = (9, 9, 9, 8, 9, 16, 17, 14, 9)
+    shares = (11, 9, 9, 8, 9, 15, 16, 14, 9)
     table = blocks.grid(
         header, rows, blocks.columns(width, *shares), right=(1, 2, 3, 4), marked=marked
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -109,6 +110,23 @@ class View:
         """Return where a point (3,) in m appears, in points."""
         x, y = self.origin + self.scale * self.camera.flat(point)
         return float(x), float(y)
+
+
+def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence[float]) -> Camera:
+    """Return the camera in whose picture the two nearest of some points (n, 3) are farthest apart.
+
+    Args:
+        points: to tell apart, in m.
+        azimuths, elevations: to choose from, in degrees; of equals the first is taken.
+    """
+
+    def nearest(camera: Camera) -> float:
+        seen = camera.flat(points)
+        apart = np.linalg.norm(seen[:, None] - seen[None], axis=-1)
+        return float(apart[np.triu_indices(len(seen), 1)].min())
+
+    cameras = [Camera.looking(a, e) for a in azimuths for e in elevations]
+    return max(cameras, key=nearest)
 
 
 def paint(pen: Pen, view: View, things: list[Tube | Ball], *, thinnest: float = 0.5) -> None:

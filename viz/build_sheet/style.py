@@ -40,7 +40,7 @@ HEAD: Final = HexColor("#15998a")
 CABLE: Final = HexColor("#2f7fc2")
 SERVO_CABLE: Final = HexColor("#c2570c")
 LINK: Final = HexColor("#7d2fb0")
-GHOST: Final = HexColor("#d9dfe5")
+GHOST: Final = HexColor("#c9d1d9")
 NODE: Final = HexColor("#52606d")
 PATHS: Final = tuple(HexColor(c) for c in ("#0b6b62", "#c2570c", "#2f5fc2", "#9c2f7a", "#7a6a10", "#4b5563"))
 
@@ -73,8 +73,8 @@ def _style(name: str, size: float, lead: float, **more: object) -> ParagraphStyl
 
 
 TITLE: Final = _style("title", 21, 26, fontName=BOLD)
-HEADING: Final = _style("heading", 14, 18, fontName=BOLD, textColor=ACCENT, spaceBefore=2, spaceAfter=5)
-SUBHEADING: Final = _style("subheading", 10.5, 14, fontName=BOLD, spaceBefore=7, spaceAfter=2)
+HEADING: Final = _style("heading", 14, 18, fontName=BOLD, textColor=ACCENT, spaceBefore=14, spaceAfter=5, keepWithNext=1)
+SUBHEADING: Final = _style("subheading", 10.5, 14, fontName=BOLD, spaceBefore=7, spaceAfter=2, keepWithNext=1)
 BODY: Final = _style("body", 9.2, 13, spaceAfter=4)
 BULLET: Final = _style("bullet", 9.2, 13, leftIndent=12, bulletIndent=2, spaceAfter=2)
 CELL: Final = _style("cell", 8.4, 10.8)

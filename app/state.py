@@ -1,0 +1,66 @@
+"""What one browser looks at: everything that a session remembers, in one place."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from engine.evaluation import Evaluation
+from engine.reader import Generation, RunReader
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Selection:
+    """The robot of a clicked cell and the map it was clicked on.
+
+    Attributes:
+        archive: it was chosen in.
+        cell: of the archive that holds it, as ``records.cell_name`` writes it.
+        evaluation: the robot.
+        entered: generation of the evaluation.
+    """
+
+    archive: str
+    cell: str
+    evaluation: Evaluation
+    entered: int | None
+
+    @property
+    def number(self) -> int:
+        """Number of its evaluation."""
+        return self.evaluation.solution.number
+
+
+@dataclasses.dataclass(slots=True)
+class SessionState:
+    """The state of a session. Only ``Session`` changes it; a panel is told what to show.
+
+    Attributes:
+        path: of the run that is shown, None before one is.
+        reader: what the screen shows of it; another one than the library's now if the file was replaced.
+        generations: the closed generations of the run, in order.
+        follow_newest: whether the maps move on with a live run.
+        wanted_generation: where the slider was last.
+        selection: the chosen robot.
+        target, repeat: the trial of it that is replayed, both counted from 0.
+    """
+
+    path: Path | None = None
+    reader: RunReader | None = None
+    generations: list[Generation] = dataclasses.field(default_factory=list)
+    follow_newest: bool = True
+    wanted_generation: int = 0
+    selection: Selection | None = None
+    target: int = 0
+    repeat: int = 0
+
+    def begin(self, path: Path, reader: RunReader) -> None:
+        """Forget all of another run."""
+        self.path, self.reader = path, reader
+        self.generations, self.follow_newest = [], True
+        self.selection, self.target, self.repeat = None, 0, 0
+
+    @property
+    def last(self) -> Generation | None:
+        """The last closed generation of the run."""
+        return self.generations[-1] if self.generations else None
