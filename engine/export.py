@@ -20,10 +20,10 @@ import numpy as np
 
 from engine import config as configuration
 from engine import tensegrity as t
-from engine.fabrication.bill_of_materials import bill_of_materials, total_mass
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation
+from engine.fabrication.bill_of_materials import bill_of_materials, total_mass
 from engine.mjcf import xml_with_state
 from engine.morphology import Morphology
 from engine.reader import RunReader

@@ -1,7 +1,6 @@
-"""What a robot is made of: the parts of its modules and joints, as a table.
+"""What a robot is made of, with two masses for everything: the simulation's and that of what is built.
 
-Only numbers of ``engine.tensegrity`` and the actuator table appear. Masses are those of the real
-robot, not the scaled ones of the simulation.
+Masses are those of the real robot, not the scaled ones of the simulation.
 """
 
 from __future__ import annotations
@@ -11,22 +10,27 @@ import dataclasses
 import io
 from typing import Final
 
-import numpy as np
-
 from engine import servo
 from engine import tensegrity as t
+from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
+from engine.fabrication.materials import Materials, load_materials
+from engine.fabrication.parts import drum_errors, groove_radii, printed_parts
+from engine.fabrication.quantity import Source
+from engine.fabrication.rods import rods, stock_plan
 from engine.morphology import Morphology
 
 COLUMNS: Final = (
     "part",
+    "group",
     "quantity",
     "length_mm",
     "diameter_mm",
     "mass_each_g",
     "mass_total_g",
-    "basis",
+    "source",
     "note",
 )
+GROUPS: Final = ("plain rods", "servo rod", "passive cables", "internal cables", "links", "off the robot")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,140 +39,289 @@ class Part:
 
     Attributes:
         name: what it is.
+        group: what the simulation counts it with, one of ``GROUPS``.
         quantity: how many the robot needs.
-        length: of one part, in m; None where the robot's model has none.
+        length: of one part, in m; None where a length says nothing.
         diameter: of one part, in m, or None.
-        mass: of one part, in kg, or None.
-        basis: which of the numbers the simulation uses and which are assumed or missing.
+        mass: of one part as built, in kg.
+        source: where the mass comes from.
         note: where it goes and what else there is to know.
     """
 
     name: str
+    group: str
     quantity: int
     length: float | None = None
     diameter: float | None = None
-    mass: float | None = None
-    basis: str
+    mass: float
+    source: Source
     note: str
 
 
-def parts(morphology: Morphology) -> list[Part]:
-    """Return the parts of a robot."""
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class MassLine:
+    """A group of parts in the balance of masses.
+
+    Attributes:
+        group: one of ``GROUPS``.
+        simulated: mass that the simulation gives it, in kg.
+        built: sum of its parts, ballast included, in kg.
+        explanation: why they differ.
+    """
+
+    group: str
+    simulated: float
+    built: float
+    explanation: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class MassBalance:
+    """Simulated against built mass of the whole robot; the lines add up to both totals.
+
+    Attributes:
+        lines: the groups that the robot carries.
+        ballast: to glue to each module's servo rod, in kg: what a module lacks to its simulated mass.
+        excess: what the robot weighs more than simulated, in kg; 0 if ballast makes up for it.
+    """
+
+    lines: tuple[MassLine, ...]
+    ballast: float
+    excess: float
+
+    @property
+    def simulated(self) -> float:
+        """Mass of the robot in the simulation, in kg."""
+        return sum(line.simulated for line in self.lines)
+
+    @property
+    def built(self) -> float:
+        """Mass of the robot as built, ballast included, in kg."""
+        return sum(line.built for line in self.lines)
+
+
+def simulated_mass(morphology: Morphology) -> float:
+    """Return the mass of a robot in the simulation (its real inertia), in kg."""
+    return morphology.n_modules * (t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS)
+
+
+def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[Part, ...]:
+    """Return the parts of a robot, ballast included; the default preset's if no materials are given."""
+    materials = materials or load_materials()
+    listed = (
+        *_rods(morphology, materials),
+        *_cables(morphology, materials),
+        *_printed(morphology, materials),
+        *_bought(morphology, materials),
+    )
+    ballast = _ballast(morphology, listed)
+    if ballast > 0:
+        listed = (
+            *listed,
+            Part(
+                name="ballast",
+                group="servo rod",
+                quantity=morphology.n_modules,
+                mass=ballast,
+                source=Source.ASSUMED,
+                note="lead or steel on the servo rod, on the side away from the servo: makes a module as"
+                " heavy as the simulated one",
+            ),
+        )
+    return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
+
+
+def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
+    """Compare a robot's simulated mass with that of its parts, group by group."""
+    listed = parts(morphology, materials)
     n = morphology.n_modules
-    return [*_rods(n), *_passive_cables(morphology), *_servo_cables(n), _servomotors(n), _links(n)]
+    simulated = dict.fromkeys(GROUPS, 0.0)
+    simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
+    simulated["servo rod"] = n * t.SERVO_ROD_MASS
+    why = {
+        "plain rods": f"{materials.rod.material} and two printed caps each",
+        "servo rod": "rod, caps, servo, mount, drum and screws, filled up with ballast",
+        "passive cables": "massless in the simulation",
+        "internal cables": "massless in the simulation",
+        "links": "massless in the simulation",
+    }
+    lines = tuple(
+        MassLine(group=g, simulated=simulated[g], built=_mass(listed, g), explanation=why[g])
+        for g in GROUPS[:-1]
+    )
+    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
+    excess = sum(line.built - line.simulated for line in lines)
+    return MassBalance(lines=lines, ballast=ballast, excess=excess if excess > 1e-9 else 0.0)
 
 
 def total_mass(morphology: Morphology) -> float:
-    """Return the mass of all parts that have one, in kg."""
-    return sum(p.quantity * p.mass for p in parts(morphology) if p.mass is not None)
+    """Return the simulated mass of a robot, in kg."""
+    return simulated_mass(morphology)
 
 
-def bill_of_materials(morphology: Morphology) -> str:
+def bill_of_materials(morphology: Morphology, materials: Materials | None = None) -> str:
     """Return the parts of a robot as CSV: lengths and diameters in mm, masses in g."""
+    listed = parts(morphology, materials)
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for p in parts(morphology):
-        mass = None if p.mass is None else p.quantity * p.mass
-        figures = [_milli(v) for v in (p.length, p.diameter, p.mass, mass)]
-        writer.writerow([p.name, p.quantity, *figures, p.basis, p.note])
-    total = _milli(total_mass(morphology))
-    writer.writerow(["all parts", "", "", "", "", total, "sum of the column", ""])
+    for p in listed:
+        figures = [_milli(v) for v in (p.length, p.diameter, p.mass, p.quantity * p.mass)]
+        writer.writerow([p.name, p.group, p.quantity, *figures, p.source, p.note])
+    built = sum(p.quantity * p.mass for p in listed if p.group != "off the robot")
+    row = ["robot as built", "", "", "", "", "", _milli(built), "", "sum of what the robot carries"]
+    writer.writerow(row)
+    row = ["robot as simulated", "", "", "", "", "", _milli(simulated_mass(morphology)), Source.SIMULATED]
+    each = f"{_milli(t.ROD_MASS)} g per plain rod, {_milli(t.SERVO_ROD_MASS)} g per servo rod"
+    writer.writerow([*row, each])
     return file.getvalue()
 
 
-def _rods(n_modules: int) -> list[Part]:
-    shape = {"length": t.ROD_LENGTH, "diameter": 2 * t.ROD_RADIUS}
-    n_plain = len(t.RODS) - 1
-    return [
-        Part(
-            name="plain rod",
-            quantity=n_plain * n_modules,
-            mass=t.ROD_MASS,
-            basis="length, diameter and mass simulated; material not modelled",
-            note=f"{n_plain} per module; from node to node, round ends add"
-            f" {_milli(t.ROD_RADIUS)} mm on each side",
-            **shape,
-        ),
-        Part(
-            name="servo rod",
-            quantity=n_modules,
-            mass=t.SERVO_ROD_MASS,
-            basis="length, diameter and mass simulated; the motor's body is not modelled",
-            note=f"rod {t.SERVO_ROD} of each module; mass with servomotor and arm",
-            **shape,
-        ),
-    ]
+def _mass(listed: tuple[Part, ...], group: str) -> float:
+    return sum(p.quantity * p.mass for p in listed if p.group == group)
 
 
-def _passive_cables(morphology: Morphology) -> list[Part]:
-    """Return a part for each stiffness that occurs, naming the modules that need it if not all do."""
-    built = [t.passive_anchor(a, b) - t.passive_anchor(b, a) for a, b in t.CABLES]
-    length = float(np.linalg.norm(built, axis=1).mean())  # all are equally long
-    cables = []
-    for relative in sorted(set(morphology.stiffnesses)):
-        modules = [i for i, s in enumerate(morphology.stiffnesses) if s == relative]
-        where = "per module"
-        if len(modules) < morphology.n_modules:
-            where = f"in each of the modules {', '.join(map(str, modules))}"
-        cables.append(
+def _ballast(morphology: Morphology, listed: tuple[Part, ...]) -> float:
+    """Return what each module lacks, in kg; never negative."""
+    built = sum(p.quantity * p.mass for p in listed if p.group != "off the robot")
+    return max(0.0, (simulated_mass(morphology) - built) / morphology.n_modules)
+
+
+def _rods(morphology: Morphology, materials: Materials) -> list[Part]:
+    rows = rods(morphology, materials)
+    plan = stock_plan(morphology, materials)
+    result = []
+    for kind in ("plain", "servo"):
+        of_kind = [r for r in rows if r.kind == kind]
+        result.append(
             Part(
-                name="passive cable",
-                quantity=len(t.CABLES) * len(modules),
-                length=t.CABLE_REST_LENGTH,
-                basis="length, stiffness and damping simulated, as a spring that only pulls;"
-                " massless in the simulation; diameter and material not modelled",
-                note=f"{len(t.CABLES)} {where}; length at rest between its anchors on the rods'"
-                f" surface; stretched to {_milli(length)} mm in a module as built;"
-                f" stiffness {t.stiffness_n_per_m(relative):.2f} N/m; damping {t.CABLE_DAMPING:.2f} N s/m",
+                name=f"{kind} rod",
+                group="plain rods" if kind == "plain" else "servo rod",
+                quantity=len(of_kind),
+                length=of_kind[0].cut,
+                diameter=of_kind[0].diameter,
+                mass=of_kind[0].cut_mass,
+                source=Source.ASSUMED,
+                note=f"{materials.rod.material}; {len(of_kind) // morphology.n_modules} per module;"
+                f" {_milli(of_kind[0].length)} mm from node to node with its caps; all"
+                f" {plan.pieces} pieces come from {plan.stock_rods} of {_milli(plan.stock_length)} mm",
             )
         )
-    return cables
+    return result
 
 
-def _servo_cables(n_modules: int) -> list[Part]:
-    cables = []
+def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
+    result = []
+    designs = design_cables(morphology, materials)
+    if materials.cable.form == "cord":
+        for level in sorted({d.level for d in designs}):
+            design = next(d for d in designs if d.level == level)
+            modules = [d.module for d in designs if d.level == level]
+            cut = design.path + 2 * KNOT_ALLOWANCE
+            result.append(
+                Part(
+                    name=f"passive cable, stiffness {level / t.N_STIFFNESS_LEVELS:.1f}",
+                    group="passive cables",
+                    quantity=len(t.CABLES) * len(modules),
+                    length=cut,
+                    diameter=design.section.width,
+                    mass=materials.cable.density * design.section.area * cut,
+                    source=materials.cable_source,
+                    note=f"{materials.cable.material}; {_milli(design.path)} mm from knot to knot unstretched;"
+                    f" modules {_list(modules)}",
+                )
+            )
+    reach = 0.1
+    errors = drum_errors(materials.servo)
+    radii = groove_radii(materials.servo)
     for k, node in enumerate(t.SERVO_NODES):
-        released, contracted = (float(servo.TARGET_LENGTHS[c, k]) for c in (0, 180))
-        a, b = t.servo_anchors(node)
-        cables.append(
+        released, contracted = servo.TARGET_LENGTHS[0, k], servo.TARGET_LENGTHS[-1, k]
+        length = float(released) + reach
+        result.append(
             Part(
                 name=f"internal cable to node {node}",
-                quantity=n_modules,
-                length=released,
-                basis="target lengths simulated; massless in the simulation; diameter, material and"
-                " what winds on the servo's arm not modelled",
-                note=f"from the servo's arm to node {node}; target length {_milli(released)} mm at"
-                f" command 0 and {_milli(contracted)} mm at command 180 (degrees);"
-                f" {_milli(float(np.linalg.norm(a - b)))} mm between its anchors as built;"
-                f" tension at most {t.SERVO_MAX_TENSION} N",
+                group="internal cables",
+                quantity=morphology.n_modules,
+                length=length,
+                diameter=materials.line.diameter,
+                mass=materials.line.linear_density * length,
+                source=Source.ASSUMED,
+                note=f"{materials.line.material}, in series with {materials.line.elastic}; from the guide's ball"
+                f" to node {node} {_milli(float(released))} mm at command 0 and {_milli(float(contracted))} mm"
+                f" at command 180; groove radius {radii[k]:.2f} mm (off the simulated table by at most"
+                f" {errors[k]:.1f} mm); {1e3 * reach:g} mm are for drum and knots",
             )
         )
-    return cables
+    return result
 
 
-def _servomotors(n_modules: int) -> Part:
-    rest = 1000.0 * (t.SERVO_ROD_MASS - t.ROD_MASS)
-    return Part(
-        name="servomotor with arm",
-        quantity=n_modules,
-        basis="assumed: a part of its own; the simulation knows only the servo rod's mass and the"
-        " point where the cables leave the arm",
-        note=f"mass counted with the servo rod; {rest:.3f} g are left for motor and arm if its rod"
-        " weighs as much as a plain one",
-    )
+def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
+    result = []
+    for p in printed_parts(morphology, materials):
+        if p.name == "pull_coupon":
+            groups = [("off the robot", p.quantity)]
+        elif p.name.startswith("cap"):
+            servo_caps = 2 * len(p.modules)
+            groups = [("plain rods", p.quantity - servo_caps), ("servo rod", servo_caps)]
+        elif p.name.startswith("net"):
+            groups = [("passive cables", p.quantity)]
+        else:
+            groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
+        material = materials.cable.material if p.flexible else materials.plastic.material
+        result += [
+            Part(
+                name=p.name,
+                group=group,
+                quantity=quantity,
+                mass=p.mass,
+                source=Source.ASSUMED,
+                note=f"printed, {material}; {p.note}",
+            )
+            for group, quantity in groups
+        ]
+    return result
 
 
-def _links(n_modules: int) -> Part:
-    play = _milli(0.8 * t.LINK_PLAY), _milli(1.2 * t.LINK_PLAY)
-    return Part(
-        name="link between modules",
-        quantity=len(t.JOINT_ORDER) * (n_modules - 1),
-        length=t.LINK_PLAY,
-        basis="length simulated; massless in the simulation; diameter and material not modelled",
-        note=f"{len(t.JOINT_ORDER)} per joint, node to node; the simulation keeps each between"
-        f" {play[0]} and {play[1]} mm",
-    )
+def _bought(morphology: Morphology, materials: Materials) -> list[Part]:
+    n = morphology.n_modules
+    motor = materials.servo
+    result = [
+        Part(
+            name="servomotor",
+            group="servo rod",
+            quantity=n,
+            mass=motor.mass,
+            source=Source.ASSUMED,
+            note=f"{motor.model}; {motor.torque:g} N m at {motor.voltage:g} V, {motor.travel:g} degrees",
+        )
+    ]
+    result += [
+        Part(
+            name=f.model,
+            group="servo rod",
+            quantity=n * f.per_module,
+            mass=f.mass,
+            source=Source.ASSUMED,
+            note=f.use,
+        )
+        for f in materials.fasteners
+    ]
+    result += [
+        Part(
+            name=name,
+            group="servo rod" if item.carried else "off the robot",
+            quantity=1,
+            mass=item.mass,
+            source=Source.ASSUMED,
+            note=f"{item.model}; {item.note}",
+        )
+        for name, item in (("controller board", materials.board), ("power supply", materials.battery))
+    ]
+    return result
+
+
+def _list(modules: list[int]) -> str:
+    return ", ".join(map(str, modules))
 
 
 def _milli(value: float | None) -> str:

@@ -317,7 +317,7 @@ def _problems(d: CableDesign, strain: float, materials: Materials) -> tuple[Prob
         else:
             texts.append(
                 f"At stiffness {d.level / 10:.1f} no {cable.material} that can be bought fits: the one of"
-                f" {1e3 * d.section.width:g} mm is {d.stiffness_made / d.stiffness:.2f} times as stiff as asked."
+                f" {1e3 * d.section.width:g} mm is {d.stiffness_made / d.stiffness:.2f} times as stiff."
             )
     if strain > cable.max_strain * (1 + 1e-9):
         texts.append(

@@ -1,0 +1,146 @@
+"""All fabrication files of a robot by name, ready for its folder."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+from engine import tensegrity as t
+from engine.fabrication.assembly import robot_glb
+from engine.fabrication.bill_of_materials import bill_of_materials
+from engine.fabrication.cables import cables, design_cables
+from engine.fabrication.joints import joints, orientations
+from engine.fabrication.materials import Materials
+from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
+from engine.fabrication.net import module_net
+from engine.fabrication.net_files import dxf_bytes, svg_bytes
+from engine.fabrication.parts import printed_parts
+from engine.fabrication.rods import rods
+from engine.morphology import Morphology
+
+
+def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str, bytes]:
+    """Return the content of every file to cut, print and buy from; equal robots give equal bytes.
+
+    ``parts/NAME.stl`` and ``parts/NAME.3mf`` (mm), ``net/NAME.dxf`` and ``net/NAME.svg`` (1:1, mm),
+    ``robot.glb`` (metres), ``bill_of_materials.csv``, ``cables.csv``, ``rods.csv``, ``joints.csv``.
+    """
+    files = {
+        "robot.glb": robot_glb(morphology, materials),
+        "bill_of_materials.csv": bill_of_materials(morphology, materials).encode(),
+        "cables.csv": _cables(morphology, materials),
+        "rods.csv": _rods(morphology, materials),
+        "joints.csv": _joints(morphology),
+    }
+    for part in printed_parts(morphology, materials):
+        files[f"parts/{part.name}.stl"] = stl_bytes(part.solid, part.name)
+        files[f"parts/{part.name}.3mf"] = threemf_bytes(part.solid, part.name)
+    for design in {d.level: d for d in design_cables(morphology, materials)}.values():
+        net = module_net(design, materials.printer)
+        name = f"net/net_stiffness_{design.level / t.N_STIFFNESS_LEVELS:.1f}"
+        files[f"{name}.dxf"] = dxf_bytes(net, design)
+        files[f"{name}.svg"] = svg_bytes(net, design)
+    return files
+
+
+def _table(header: list[str], rows: list[list[object]]) -> bytes:
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return file.getvalue().encode()
+
+
+def _mm(value: float | None, scale: float = 1e3) -> str:
+    return "" if value is None else f"{scale * value:.3f}"
+
+
+def _cables(morphology: Morphology, materials: Materials) -> bytes:
+    header = [
+        "cable",
+        "module",
+        "node_a",
+        "node_b",
+        "assembled_mm",
+        "contracted_mm",
+        "rest_mm",
+        "cut_mm",
+        "pretension_n",
+        "stiffness_n_per_m",
+        "area_mm2",
+        "square_side_mm",
+        "round_diameter_mm",
+        "strain_assembled_percent",
+        "strain_contracted_percent",
+        "producible",
+    ]
+    rows: list[list[object]] = [
+        [
+            c.name,
+            c.module,
+            *c.nodes,
+            *(_mm(v) for v in (c.assembled, c.contracted, c.rest, c.cut)),
+            f"{c.pretension:.4f}",
+            f"{c.stiffness:.3f}",
+            _mm(c.area, 1e6),
+            _mm(c.square_side),
+            _mm(c.round_diameter),
+            _mm(c.strain_assembled, 100.0),
+            _mm(c.strain_contracted, 100.0),
+            "yes" if c.producible else "no",
+        ]
+        for c in cables(morphology, materials)
+    ]
+    return _table(header, rows)
+
+
+def _rods(morphology: Morphology, materials: Materials) -> bytes:
+    header = [
+        "rod",
+        "module",
+        "kind",
+        "node_a",
+        "node_b",
+        "length_mm",
+        "cut_mm",
+        "diameter_mm",
+        "simulated_mass_g",
+        "cut_mass_g",
+    ]
+    rows: list[list[object]] = [
+        [
+            r.name,
+            r.module,
+            r.kind,
+            *r.nodes,
+            *(_mm(v) for v in (r.length, r.cut, r.diameter, r.simulated_mass, r.cut_mass)),
+        ]
+        for r in rods(morphology, materials)
+    ]
+    return _table(header, rows)
+
+
+def _joints(morphology: Morphology) -> bytes:
+    header = [
+        "module",
+        "face",
+        "next_module",
+        "next_face",
+        "tie_1",
+        "tie_2",
+        "tie_3",
+        "next_servo_turn_degrees",
+    ]
+    turns = orientations(morphology)
+    rows: list[list[object]] = [
+        [
+            j.module,
+            j.face,
+            j.module + 1,
+            j.next_face,
+            *(f"{a}-{b}" for a, b in j.node_pairs),
+            f"{turns[j.module + 1].turn:g}",
+        ]
+        for j in joints(morphology)
+    ]
+    return _table(header, rows)

@@ -1,0 +1,93 @@
+"""Solid bodies in mm, manifold by construction, and the checks that a printed part must pass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import manifold3d
+import numpy as np
+from manifold3d import CrossSection, Manifold
+from shapely.geometry import MultiPolygon, Polygon
+
+SEGMENTS: Final = 48
+"""Sides of a circle."""
+
+
+def cylinder(radius: float, low: float, high: float, *, segments: int = SEGMENTS) -> Manifold:
+    """Return a cylinder along z from ``low`` to ``high``, in mm."""
+    return Manifold.cylinder(high - low, radius, radius, segments).translate((0.0, 0.0, low))
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> Manifold:
+    """Return a box from its lowest to its highest corner, in mm."""
+    size = tuple(float(b - a) for a, b in zip(low, high, strict=True))
+    return Manifold.cube((size[0], size[1], size[2])).translate((float(low[0]), float(low[1]), float(low[2])))
+
+
+def bar(a: Sequence[float], b: Sequence[float], radius: float, *, segments: int = 16) -> Manifold:
+    """Return a round bar from a point to another, in mm."""
+    start, axis = np.asarray(a, float), np.subtract(b, a).astype(float)
+    length = float(np.linalg.norm(axis))
+    return placed(Manifold.cylinder(length, radius, radius, segments), frame_along(axis), start)
+
+
+def frame_along(axis: np.ndarray, towards: np.ndarray | None = None) -> np.ndarray:
+    """Return a (3, 3) rotation whose z column is the axis and whose x column leans to ``towards``."""
+    z = axis / np.linalg.norm(axis)
+    if towards is None:
+        towards = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = towards - z * (towards @ z)
+    x = x / np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def placed(solid: Manifold, rotation: np.ndarray, position: np.ndarray) -> Manifold:
+    """Return a solid turned and moved, in mm."""
+    return solid.transform(np.column_stack([rotation, position]))
+
+
+def extruded(shape: Polygon | MultiPolygon, height: float) -> Manifold:
+    """Return a flat shape (mm) raised from 0 to a height."""
+    return CrossSection(_rings(shape), manifold3d.FillRule.EvenOdd).extrude(height)
+
+
+def _rings(shape: Polygon | MultiPolygon) -> list[np.ndarray]:
+    polygons = shape.geoms if isinstance(shape, MultiPolygon) else [shape]
+    return [np.array(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
+
+
+def triangles(solid: Manifold) -> tuple[np.ndarray, np.ndarray]:
+    """Return (V, 3) vertices in mm and (T, 3) triangles, in an order that depends on the shape alone."""
+    mesh = solid.to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, float)[:, :3]
+    # what files hold is rounded here, once, so that every format has the same vertices
+    vertices = np.round(vertices, 5) + 0.0
+    return vertices, np.asarray(mesh.tri_verts, np.int64)
+
+
+def thin_area(solid: Manifold, wall: float, *, slices: int = 24) -> float:
+    """Return the largest area in mm2, over horizontal slices, that is thinner than a wall.
+
+    Thin is what a disc of the wall's diameter cannot reach (morphological opening of the slice). Corners
+    and crescents that are left over by the disc's roundness alone, less than a sixth of the wall deep, do
+    not count.
+    """
+    low, high = solid.bounding_box()[2], solid.bounding_box()[5]
+    worst = 0.0
+    for k in range(slices):
+        section = solid.slice(low + (high - low) * (k + 0.5) / slices)
+        opened = _offset(_offset(section, -0.495 * wall), 0.495 * wall)
+        left = _offset(_offset(section - opened, -wall / 12), wall / 12)
+        worst = max(worst, max((abs(p.area()) for p in left.decompose()), default=0.0))
+    return worst
+
+
+def _offset(section: CrossSection, distance: float) -> CrossSection:
+    return section.offset(distance, manifold3d.JoinType.Round, 2.0, SEGMENTS)
+
+
+def extent(solid: Manifold) -> tuple[float, float, float]:
+    """Return the size in x, y and z, in mm."""
+    b = solid.bounding_box()
+    return b[3] - b[0], b[4] - b[1], b[5] - b[2]
