@@ -28,6 +28,8 @@ class Drawing:
         nodes: (nodes + actuators, 3) centres of spheres.
         cables: (cables, 2, 3) end points.
         cable_colors: (cables, 2, 3) uint8.
+        tension: (cables,) 0 slack to 1 in the full colour; of every module the passive cables, then the
+            servo's.
     """
 
     rod_positions: np.ndarray
@@ -35,6 +37,7 @@ class Drawing:
     nodes: np.ndarray
     cables: np.ndarray
     cable_colors: np.ndarray
+    tension: np.ndarray
 
 
 class RobotGeometry:
@@ -92,10 +95,11 @@ class RobotGeometry:
         passive, servo = np.split(length, [self._n_passive], axis=1)
         strain = np.clip(passive / t.CABLE_REST_LENGTH - 1.0, 0.0, None)
         pull = np.clip(t.SERVO_OFFSET + t.SERVO_GAIN * (servo - lengths), 0.0, t.SERVO_MAX_TENSION)
+        stretched, pulled = np.clip(strain / STRAIN_FULL_COLOR, 0.0, 1.0), pull / t.SERVO_MAX_TENSION
         colors = np.concatenate(
             [
-                _blend(theme.CABLE_SLACK, theme.CABLE_TAUT, strain / STRAIN_FULL_COLOR),
-                _blend(theme.SERVO_SLACK, theme.SERVO_TAUT, pull / t.SERVO_MAX_TENSION),
+                _blend(theme.CABLE_SLACK, theme.CABLE_TAUT, stretched),
+                _blend(theme.SERVO_SLACK, theme.SERVO_TAUT, pulled),
             ],
             axis=1,
         )
@@ -105,6 +109,7 @@ class RobotGeometry:
             nodes=points[:, : self._n_fixed].reshape(-1, 3).astype(np.float32),
             cables=ends.reshape(-1, 2, 3).astype(np.float32),
             cable_colors=np.repeat(colors.reshape(-1, 1, 3), 2, axis=1),
+            tension=np.concatenate([stretched, pulled], axis=1).ravel(),
         )
 
 
