@@ -13,17 +13,19 @@ from app.compare_panel import ComparePanel
 from app.library import Library, RunStatus
 from app.map_board import MapBoard
 from app.player import Player
+from app.robot_folder import folder_name, robot_folder
 from app.run_panel import RunPanel
 from app.state import Selection, SessionState
 from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
-from engine.export import export_files
+from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
-from engine.records import cell_name
+from engine.records import cell_name, parse_cell
 from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.build_sheet.facts import Place
 
 
 class Session:
@@ -154,9 +156,10 @@ class Session:
         with self._mutex:
             if self._state.selection is None:
                 raise InvalidData("Click a filled cell of a map first.")
-            reader, number = self._reader(), self._state.selection.number
-        name = f"{reader.path.stem}_robot_{number}"
-        files = export_files(reader, number)
+            reader, selection = self._reader(), self._state.selection
+        name = folder_name(reader, selection.number)
+        place = Place(archive=selection.archive, cell=parse_cell(selection.cell))
+        files = robot_folder(reader, selection.number, materials=load_materials(), place=place)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
     def _open_first(self) -> None:

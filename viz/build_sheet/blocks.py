@@ -61,17 +61,13 @@ def together(parts: Sequence[Flowable]) -> KeepTogether:
 
 
 class Grid(Table):
-    """A table that wraps the text of its cells and remembers where it was drawn.
+    """A table that wraps the text of its cells and tells the page's layout where it was drawn.
 
     Attributes:
         too_narrow: texts of which a word is wider than its column.
-        areas: where its parts are on the pages.
     """
 
-    def __init__(self, data: Any, widths: Sequence[float], **more: Any) -> None:
-        super().__init__(data, colWidths=list(widths), **more)
-        self.too_narrow: list[str] = []
-        self.areas: list[Box] = []
+    too_narrow: tuple[str, ...] = ()
 
     def draw(self) -> None:
         """Draw it where reportlab has moved the origin to."""
@@ -82,6 +78,10 @@ class Grid(Table):
         if layout is not None:
             layout.grids.append(Box(self.canv.getPageNumber(), x0, y0, x1, y1, "table"))
             layout.too_narrow += self.too_narrow
+
+    def onSplit(self, part: Grid, byRow: int = 1) -> None:  # noqa: N802, N803, ARG002
+        """Pass on to a part, on a page of its own, what is known of the table."""
+        part.too_narrow = self.too_narrow
 
 
 def grid(
@@ -137,8 +137,8 @@ def grid(
     if total:
         look.append(("LINEABOVE", (0, -1), (-1, -1), 0.8, style.SOFT))
     look += [("BACKGROUND", (0, r + first), (-1, r + first), style.WARN_BAND) for r in marked]
-    table = Grid(data, widths, repeatRows=first, hAlign="LEFT", style=TableStyle(look))
-    table.too_narrow = grid_notes
+    table = Grid(data, colWidths=list(widths), repeatRows=first, hAlign="LEFT", style=TableStyle(look))
+    table.too_narrow = tuple(grid_notes)
     return table
 
 
