@@ -10,7 +10,9 @@ from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 
 from engine import tensegrity as t
+from engine.fabrication.cables import CableDesign, design_cables
 from engine.fabrication.materials import Materials
+from engine.fabrication.module_state import floating_module
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
 from viz.build_sheet.facts import Facts
@@ -20,6 +22,7 @@ from viz.build_sheet.style import Paper
 
 CAMERA: Final = clearest(t.NODES, range(-44, 46, 4), range(12, 40, 3))
 PICTURE_HEIGHT: Final = 158.0
+CHECK: Final = "Check the shape"
 PAIRS: Final = ((0, 1), (2, 3), (4, 5))
 """Parallel rods; the pairs are perpendicular to each other."""
 MODULE: Final = Body.placed([lambda p: p], (1,))
@@ -35,88 +38,91 @@ class Step:
         text: how, as reportlab's markup.
         new: rods that are put in.
         there: rods that are in already.
-        arm, cables: whether servo arm and internal cables are mounted in this step.
-        all_cables: whether passive cables are drawn that lead to rods not yet there.
+        servo: whether servo and internal cables are mounted in this step.
     """
 
     title: str
     text: str
     new: tuple[int, ...]
     there: tuple[int, ...] = ()
-    arm: bool = False
-    cables: bool = False
+    servo: bool = False
 
 
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
-    steps = [_step(paper, k, s) for k, s in enumerate(steps_of(materials), start=1)]
+    design = design_cables(facts.morphology, materials)[0]
+    steps = [_step(paper, k, s) for k, s in enumerate(steps_of(materials, design), start=1)]
     return [
         blocks.heading(f"Build one module (do this {facts.morphology.n_modules} times)"),
         blocks.body(
-            "All modules are built in the same way. In the pictures, what a step adds is in colour, what is there"
-            " already is grey; small numbers are nodes (rod ends). Write the node number on every cap <b>before</b>"
+            "All modules are built in the same way; if their cables differ in stiffness, the cut list says which net or cord goes"
+            " into which. In the pictures, what a step adds is in colour, what is there"
+            " already is grey; small numbers are nodes (rod ends). Write the node number on every rod end <b>before</b>"
             " you begin: everything later refers to it."
         ),
         *steps,
     ]
 
 
-def steps_of(materials: Materials) -> list[Step]:
+def steps_of(materials: Materials, design: CableDesign) -> list[Step]:
     """Return the steps for a printed net or for cords."""
-    printed = materials.cable.form == "printed"
-    spread = (
-        "Lay the printed net on the table as on the net drawing, node numbers up, and write the numbers beside the"
-        " eyelets."
-        if printed
-        else "Cut 24 cords by the cut list and tie a loop into both ends of each at the marked length."
-    )
-    hook = "Push the eyelets" if printed else "Hook the cords' loops"
+    tail = f"{1000 * design.tail:.1f} mm"
+    if materials.cable.form == "printed":
+        ready = "Lay the printed net on the table as on the net drawing and write the node numbers beside its rings."
+        hook = "Push the net's rings of nodes {} over the rod ends"
+        where = f"Each ring sits on the bare rod, {tail} from the node."
+    else:
+        ready = "Cut 24 cords by the cut list. Tie them node by node as the neighbours table says."
+        hook = "Tie the cords of nodes {} round the rod ends"
+        where = f"Each knot sits on the bare rod, {tail} from the node."
     return [
         Step(
             "Prepare the rods",
-            "Cut six rods. Glue a cap on both ends of each and number the caps: rod 0 has nodes 0 and 1, rod 1 nodes"
-            " 2 and 3, and so on up to rod 5 with 10 and 11. Glue the servo mount to the middle of rod 0 (orange)."
-            f" {spread}",
+            "Cut six rods and write the node numbers on both ends: rod 0 has nodes 0 and 1, rod 1 nodes 2 and 3, and so"
+            " on up to rod 5 with 10 and 11. Glue the servo mount to the middle of rod 0 (orange), its guide to the"
+            f" side of the module's centre. {ready}",
             (0, 1, 2, 3, 4, 5),
         ),
         Step(
             "First pair: rods 0 and 1",
-            f"{hook} of nodes 0 and 1 on the caps of rod 0, those of 2 and 3 on rod 1. Both rods are parallel,"
-            f" {_centi(_distance(0, 1))} cm apart.",
+            f"{hook.format('0 to 3')}. {where} Put a cap on each end; lay the node's four cables along it, one in each"
+            " notch of its crown. A drop of glue keeps the cap from turning. In the finished module these two rods are"
+            f" parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
         ),
         Step(
             "Second pair: rods 2 and 3",
-            f"{hook} of nodes 4 to 7 on rods 2 and 3: node 4 and node 5 on rod 2, 6 and 7 on rod 3. They stand across"
-            " the first pair, outside of it. Let nobody help by twisting: every cable runs straight.",
+            f"{hook.format('4 to 7')}, with caps as before: 4 and 5 on rod 2, 6 and 7 on rod 3. They stand across the"
+            " first pair. Every cable runs straight from cap to cap and none is twisted round another.",
             PAIRS[1],
             PAIRS[0],
         ),
         Step(
             "Third pair: rods 4 and 5",
-            f"{hook} of nodes 8 to 11 on rods 4 and 5, across both other pairs. The last eyelets need the most force:"
-            " hold the rod, not the cable. Now the module stands by itself.",
+            f"{hook.format('8 to 11')}: 8 and 9 on rod 4, 10 and 11 on rod 5, across both other pairs. The last ones need"
+            " the most force: a second person holds the rods. Now the module stands by itself.",
             PAIRS[2],
             (*PAIRS[0], *PAIRS[1]),
         ),
         Step(
-            "Check the shape",
-            "Every node has <b>four</b> cables; no two rods touch; each pair of rods is parallel and the pairs are at right"
-            " angles. Compare with the neighbours table. If two cables are crossed, the module is twisted: take off"
-            " the last rod and put it in again.",
+            "Servo, drum and internal cables",
+            "Screw the servo into the mount on rod 0 and type a0 (see “Wiring”). Press the drum on its shaft. Lead a line"
+            " from each groove through the guide (the orange ball) to one of nodes "
+            + ", ".join(map(str, t.SERVO_NODES))
+            + f"; between line and node goes {style.escaped(materials.line.elastic)}. Set the lengths by the table under"
+            " “Wiring”. Glue the ballast of the bill of materials to rod 0, away from the servo.",
             (),
             (0, 1, 2, 3, 4, 5),
+            servo=True,
         ),
         Step(
-            "Servo, arm and internal cables",
-            "Fix the servo to the mount on rod 0 so that its arm points to the module's centre; set it to 0° first"
-            " (sketch, step “centre”). Lead a line from the arm to each of nodes "
-            + ", ".join(map(str, t.SERVO_NODES))
-            + " and set the lengths by the table under “Wiring”.",
+            CHECK,
+            "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs at right"
+            " angles. Compare with the neighbours table. If two cables cross, the module is twisted: take off the last"
+            f" rod and put it in again. Node to node along a cable it measures {_centi(_span(design))} cm. Write its number on"
+            " the servo mount.",
             (),
             (0, 1, 2, 3, 4, 5),
-            arm=True,
-            cables=True,
         ),
     ]
 
@@ -164,7 +170,7 @@ def draw_step(pen: Pen, step: Step) -> None:
     things: list[Tube | Ball] = []
     for r in sorted(rods):
         color: Color = style.GHOST
-        if r in step.new or step.title.startswith("Check"):
+        if r in step.new or step.title == CHECK:
             color = style.SERVO if r == t.SERVO_ROD else style.ROD
         things.append(body.rod(0, r, color))
         things += [
@@ -176,11 +182,11 @@ def draw_step(pen: Pen, step: Step) -> None:
         between = {t.rod_of(a), t.rod_of(b)}
         if loose or not between <= rods:
             continue
-        fresh = between & set(step.new) or step.title.startswith("Check")
+        fresh = between & set(step.new) or step.title == CHECK
         things.append(Tube(*ends, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
-    if step.arm or loose:
+    if step.servo or loose:
         servo = body.servo(0)
-        things += servo if step.cables else servo[:2]
+        things += servo if step.servo else servo[:2]
     paint(pen, view, things, thinnest=0.7)
     label_nodes(pen, view, body.nodes[0], sorted(n for r in rods for n in t.RODS[r]))
 
@@ -209,6 +215,12 @@ def label_nodes(
 def _distance(a: int, b: int) -> float:
     middles = [t.NODES[list(t.RODS[r])].mean(axis=0) for r in (a, b)]
     return float(np.linalg.norm(middles[0] - middles[1]))
+
+
+def _span(design: CableDesign) -> float:
+    """Return the distance between two joined nodes of a finished module, servo off, in m."""
+    nodes = floating_module(design.level, None).nodes
+    return float(np.mean([np.linalg.norm(nodes[a] - nodes[b]) for a, b in t.CABLES]))
 
 
 def _centi(metres: float) -> str:

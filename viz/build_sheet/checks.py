@@ -50,7 +50,7 @@ def _tolerances(facts: Facts, width: float) -> Flowable:
     step = t.stiffness_n_per_m(1 / t.N_STIFFNESS_LEVELS)
     rows = [
         ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", "± 0.3 mm", "assumed"],
-        ["Free length of a cable", f"{1000 * t.CABLE_REST_LENGTH:.2f} mm", "± 0.5 mm", "assumed"],
+        ["Rest length of a cable, between rod ends", f"{1000 * t.CABLE_REST_LENGTH:.2f} mm", "± 0.5 mm", "assumed"],
         [
             "Stiffness of a cable",
             _stiffness(facts),
@@ -100,17 +100,18 @@ def _checks(facts: Facts, materials: Materials, width: float) -> Flowable:
     checks = [
         (
             "Pull test",
-            "The coupon, pulled as “Cable material” says, has the stated force within 10 %. If not: enter the"
+            "The coupon, pulled as “Pull test of the cable material” says, has the stated force within 10 %. If not: enter the"
             " measurement into the materials file and export again.",
         ),
-        ("Every module", "Step 5 of its assembly: four cables per node, nothing touches, right angles."),
+        ("Every module", "Step 6 of its assembly: four cables per node, nothing touches, right angles."),
         (
             "Every module, on the scale",
             f"{1000 * MODULE_MASS:.1f} g ± 10 %, without tether.",
         ),
         (
             "Every servo, before its cables are tied",
-            f"Turns from 0° to 180° and back without humming at the ends (pulses {pulses}; set yours in settings.h).",
+            "Type a0, then a180: the arm turns by 180° without humming at the ends. settings.h starts with harmless"
+            f" pulses; widen them until it does (data sheet: {pulses}).",
         ),
         ("Every internal cable", "Lengths at 0° and at 180° as in the table, ± 0.5 mm."),
         (
@@ -128,8 +129,9 @@ def _checks(facts: Facts, materials: Materials, width: float) -> Flowable:
             f" (friction {friction:g}).",
         ),
         (
-            "Open loop",
-            "Sketch, step “pulse”: all modules contract together at 0.5 Hz. The marked head must go first.",
+            "Rhythm",
+            "Type g, without anything that tells it where the target is: after the rest every module contracts and"
+            " releases in a steady rhythm; nothing rubs, no line leaves its groove. Type s to stop.",
         ),
         (
             "Closed loop",

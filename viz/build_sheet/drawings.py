@@ -18,6 +18,15 @@ FROM_THE_SIDE = Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
 POINTS_PER_M = 72 / 0.0254
 SCALES = (1, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
+_WORDS = (
+    "<b>Module</b>: a ball of six rods that do not touch, held by 24 cables (a tensegrity). <b>Node</b>: the end of a"
+    " rod, 0 to 11 in every module.",
+    "<b>Passive cable</b>: one of the 24 elastic cables of a module. <b>Internal cable</b>: one of the five lines that"
+    " the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join another module.",
+    "<b>Head</b>: the module at the end that goes first. <b>Cell</b>: the robot's place on a map of many; only good to"
+    " find it again.",
+)
+
 
 def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     """Return the section."""
@@ -40,6 +49,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.together([blocks.subheading("From above"), plan]),
         blocks.together([blocks.subheading("From the side (seen from the robot's right)"), side]),
         blocks.together([blocks.subheading("Settled modules"), _heights(facts, paper.inner_width)]),
+        blocks.together([blocks.subheading("Words used here"), *blocks.bullets(_WORDS)]),
     ]
 
 

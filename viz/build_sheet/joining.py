@@ -39,10 +39,10 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     return [
         blocks.heading(f"Join the {n} modules"),
         blocks.body(
-            "Tie each pair of nodes in the table with a link, node to node, so that"
-            f" {1000 * t.LINK_PLAY:.1f} mm of line are between them ({800 * t.LINK_PLAY:.1f} to"
-            f" {1200 * t.LINK_PLAY:.1f} mm; the joint must be able to wiggle). The three pairs alone fix which face"
-            " meets which and in which turn. <b>Face</b> numbers are on the net drawing. The column"
+            "For each pair of nodes in the table snap one printed link (parts/link.stl) over the knobs at the ends of"
+            f" the two caps; a loop of line does as well. The nodes then are {1000 * t.LINK_PLAY:.1f} mm apart"
+            f" ({800 * t.LINK_PLAY:.1f} to {1200 * t.LINK_PLAY:.1f} mm) and the joint can wiggle. The three pairs alone"
+            " fix which face meets which and in which turn. <b>Face</b> numbers are on the net drawing. The column"
             " “turn” is a check: seen along the chain from module 0, the servo rod of the next module must lie"
             " that much further clockwise."
         ),

@@ -10,6 +10,15 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
+_TOOLS = (
+    "3D printer for flexible and for rigid filament (or scissors, where the cables are cords); print settings are in"
+    " the notes above",
+    "fine saw or cutter for the rods, sandpaper, calipers, a ruler of 30 cm, a scale that reads 0.1 g",
+    "crochet hook or blunt tweezers to pull eyelets over rod ends, water-proof pen, numbered stickers",
+    "soldering iron or crimp connectors, small screwdriver, a computer with the Arduino IDE and a USB cable",
+    "protective glasses, gloves and mask (see “Safety”); a level floor of 1 × 1 m to crawl on",
+)
+
 
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
@@ -17,8 +26,10 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     listed = parts(facts.morphology, materials)
     balance = mass_balance(facts.morphology, materials)
     header = ("part", "pieces", "length × Ø (mm)", "each (g)", "all (g)", "source of mass", "note")
-    shares = (19, 8, 13, 9, 9, 11, 31)
-    rows = [_row(p) for p in listed]
+    shares = (18, 8, 14, 8, 9, 11, 32)
+    inner = [p for p in listed if p.group == "internal cables"]
+    rows = [_row(p) for p in listed if p not in inner[1:]]
+    rows[listed.index(inner[0])] = _internal(inner, materials)
     rows.append(["robot as built", "", "", "", f"{1000 * balance.built:.1f}", "", "without what is off the robot"])
     return [
         blocks.heading("Bill of materials"),
@@ -27,6 +38,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             " be edited, and the robot exported again with it)."
         ),
         blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 3, 4), total=True),
+        blocks.together([blocks.subheading("Tools"), *blocks.bullets(_TOOLS)]),
         blocks.together(
             [
                 blocks.subheading("Does it weigh what was simulated?"),
@@ -35,6 +47,23 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 blocks.note(_verdict(balance)),
             ]
         ),
+    ]
+
+
+def _internal(listed: list[Part], materials: Materials) -> list[str]:
+    """Return one row for the internal cables, which differ only in length."""
+    lengths = [1000 * p.length for p in listed if p.length is not None]
+    every = sum(p.mass * p.quantity for p in listed)
+    pieces = sum(p.quantity for p in listed)
+    return [
+        "internal cables",
+        str(pieces),
+        f"{min(lengths):.0f} to {max(lengths):.0f} × Ø {1000 * materials.line.diameter:.2f}",
+        f"{1000 * every / pieces:.2f}",
+        f"{1000 * every:.2f}",
+        str(listed[0].source),
+        f"{style.escaped(materials.line.material)}, in series with {style.escaped(materials.line.elastic)};"
+        " five per module, cut long; lengths under “Wiring”",
     ]
 
 

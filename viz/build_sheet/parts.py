@@ -179,7 +179,7 @@ def _cable_table(
                 blocks.gap(2),
                 blocks.note(
                     "Between the rods' ends: built = in the finished module without load, servo off; rest = where the"
-                    " cable begins to pull; tension = in the finished module. The file data/cables.csv lists the cables"
+                    " cable begins to pull; tension = in the finished module. The file tables/cables.csv lists the cables"
                     f" of all {facts.morphology.n_modules} modules one by one."
                 ),
             ]
@@ -190,7 +190,7 @@ def _cable_table(
 def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     c = coupon(facts.morphology, materials)
     piece = (
-        f"Print the coupon (parts folder) flat, with the cables' settings: {1000 * c.width:.2f} ×"
+        f"Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings: {1000 * c.width:.2f} ×"
         f" {1000 * c.thickness:.2f} mm over {1000 * c.gauge_length:.0f} mm."
         if c.grip_length
         else f"Take a piece of the cord with two marks {1000 * c.gauge_length:.0f} mm apart."

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from reportlab.lib.colors import Color, white
+from reportlab.lib.colors import Color, HexColor, white
 
 from viz.build_sheet import style
 from viz.build_sheet.picture import Pen
 
-PIECE: Final = 0.008
+PIECE: Final = 0.011
 """Tubes are sorted by depth in pieces of at most this length, in m."""
 HAZE: Final = 0.35
 """How far the colour of the rearmost thing is mixed with white."""
@@ -138,53 +139,66 @@ def paint(pen: Pen, view: View, things: list[Tube | Ball], *, thinnest: float = 
         things: in m.
         thinnest: width of a line, in points, below which tubes do not go.
     """
-    pieces: list[tuple[float, int, Tube | Ball]] = []
+    if not things:
+        return
+    owners: list[Tube | Ball] = []
+    starts, ends = [], []
     for thing in things:
         if isinstance(thing, Ball):
-            # a node lies on its rod's end: let it win
-            near = float(view.camera.depth(thing.centre)) + thing.radius
-            pieces.append((near, len(pieces), thing))
+            owners.append(thing)
+            starts.append(thing.centre[None])
+            ends.append(thing.centre[None])
             continue
         n = max(1, math.ceil(float(np.linalg.norm(thing.end - thing.start)) / PIECE))
         marks = thing.start + np.linspace(0.0, 1.0, n + 1)[:, None] * (thing.end - thing.start)
-        for a, b in zip(marks[:-1], marks[1:], strict=True):
-            piece = dataclasses.replace(thing, start=a, end=b)
-            pieces.append((float(view.camera.depth((a + b) / 2)) + thing.radius, len(pieces), piece))
-    if not pieces:
-        return
-    pieces.sort(key=lambda p: p[:2])
-    far, near = pieces[0][0], pieces[-1][0]
-    for depth, _, thing in pieces:
-        haze = HAZE * (near - depth) / max(near - far, 1e-9)
+        owners += [thing] * n
+        starts.append(marks[:-1])
+        ends.append(marks[1:])
+    a, b = np.concatenate(starts), np.concatenate(ends)
+    # a node lies on its rod's end: let it win
+    depth = view.camera.depth((a + b) / 2) + np.array([thing.radius for thing in owners])
+    # as seen: what is painted must not hang on the last bits of a simulation
+    depth = np.round(depth, 6)
+    haze = HAZE * (depth.max() - depth) / max(float(np.ptp(depth)), 1e-9)
+    seen_a, seen_b = (view.origin + view.scale * view.camera.flat(p) for p in (a, b))
+    for k in np.argsort(depth, kind="stable"):
+        thing, mist = owners[k], round(float(haze[k]), 2)
         if isinstance(thing, Ball):
-            _ball(pen, view, thing, haze)
+            _ball(pen, seen_a[k].tolist(), thing.radius * view.scale, thing.color, mist)
         else:
-            _tube(pen, view, thing, haze, thinnest)
+            width = max(2.0 * thing.radius * view.scale, thinnest)
+            _tube(pen, seen_a[k].tolist(), seen_b[k].tolist(), width, thing, mist)
 
 
-def _tube(pen: Pen, view: View, tube: Tube, haze: float, thinnest: float) -> None:
-    start, end = view.at(tube.start), view.at(tube.end)
-    width = max(2.0 * tube.radius * view.scale, thinnest)
-    shades = ((1.0, 0.0),) if tube.flat or width < 1.2 else _SHADES
-    along = np.array(end) - start
-    length = float(np.hypot(*along))
+def _tube(pen: Pen, start: list[float], end: list[float], width: float, tube: Tube, haze: float) -> None:
+    along = (end[0] - start[0], end[1] - start[1])
+    length = math.hypot(*along)
     # the lighter strokes reach a little over the joints of the pieces, which then do not show
-    over = along / length * min(0.4, length / 2) if length > 1e-6 else along
+    over = min(0.4, length / 2) / length if length > 1e-6 else 0.0
+    dx, dy = over * along[0], over * along[1]
+    long = (start[0] - dx, start[1] - dy), (end[0] + dx, end[1] + dy)
+    if tube.flat or width < 1.2:
+        pen.line(*long, color=_shaded(tube.color, 0.0, haze), width=width)
+        return
+    shades = _SHADES if width > 2.6 else _SHADES[:2]
     for k, (part, shade) in enumerate(shades):
-        color = _shaded(tube.color, shade, haze)
-        a, b = (start, end) if k == 0 and len(shades) > 1 else (tuple(start - over), tuple(end + over))
-        pen.line(a, b, color=color, width=width * part)
+        a, b = ((start[0], start[1]), (end[0], end[1])) if k == 0 else long
+        pen.line(a, b, color=_shaded(tube.color, shade, haze), width=width * part)
 
 
-def _ball(pen: Pen, view: View, ball: Ball, haze: float) -> None:
-    x, y = view.at(ball.centre)
-    radius = ball.radius * view.scale
-    pen.disc((x, y), radius, fill=_shaded(ball.color, -0.45, haze))
-    for part, shade in _SHADES[1:]:
+def _ball(pen: Pen, centre: list[float], radius: float, color: Color, haze: float) -> None:
+    x, y = centre
+    pen.disc((x, y), radius, fill=_shaded(color, -0.45, haze))
+    for part, shade in _SHADES[1:] if radius > 1.5 else _SHADES[1:2]:
         shift = 0.3 * radius * (1.0 - part)
-        pen.disc((x - shift, y + shift), radius * part * 0.95, fill=_shaded(ball.color, shade, haze))
+        pen.disc((x - shift, y + shift), radius * part * 0.95, fill=_shaded(color, shade, haze))
 
 
 def _shaded(color: Color, shade: float, haze: float) -> Color:
+    return _mixed(color.hexval(), shade, haze)
+
+
+@functools.lru_cache(maxsize=4096)
+def _mixed(color: str, shade: float, haze: float) -> Color:
     other = white if shade > 0.0 else style.INK
-    return style.mixed(style.mixed(color, other, abs(shade)), white, haze)
+    return style.mixed(style.mixed(HexColor(color), other, abs(shade)), white, haze)

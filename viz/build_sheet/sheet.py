@@ -41,14 +41,12 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         title.pages(facts, sheet),
         performance.pages(facts, sheet),
         drawings.pages(facts, sheet),
-        materials_list.pages(facts, materials, sheet),
-        parts.pages(facts, materials, sheet),
+        [*materials_list.pages(facts, materials, sheet), *parts.pages(facts, materials, sheet)],
         nets.pages(facts, materials, sheet),
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),
         wiring.pages(facts, materials, pins, sheet),
-        checks.pages(facts, materials, sheet),
-        sources.pages(facts, materials, sheet),
+        [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
     story: list[Flowable] = []
     for section in sections:

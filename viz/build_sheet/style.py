@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import html
+import re
 from typing import Final, Literal
 
 from reportlab.lib.colors import Color, HexColor
@@ -99,7 +100,7 @@ def printable(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Return a text of the user's for a paragraph: its markup shown, not followed."""
-    return html.escape(printable(text), quote=False)
+    return html.escape(printable(re.sub(r"\bmm2\b", "mm²", text)), quote=False)
 
 
 def mixed(color: Color, other: Color, part: float) -> Color:

@@ -92,7 +92,8 @@ def _how_to(facts: Facts) -> list[Flowable]:
         "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %.",
         "<b>Order and make the parts</b>: bill of materials and cut list. Files for laser, cutter and 3D printer"
         " are in the folder.",
-        f"<b>Build {n} modules</b>, all in the same way, by the steps with pictures; label them 0 to {n - 1}.",
+        f"<b>Build {n} modules</b>, one first, then the others in the same way, by the steps with pictures; label them"
+        f" 0 to {n - 1}. Nobody has built this robot before.",
         "<b>Join them</b> by the orientation table: which node meets which. Getting it wrong gives another robot.",
         "<b>Wire and program</b> it, run the checks, and only then let it crawl. Read “Safety” first.",
     ]

@@ -11,6 +11,7 @@ from reportlab.platypus import Flowable
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.materials import Materials
+from engine.fabrication.parts import drum_errors, groove_radii
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
@@ -41,14 +42,26 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
             f"Board: {style.escaped(board.model)}; {style.escaped(board.note)}. Supply:"
             f" {style.escaped(materials.battery.model)}; {style.escaped(materials.battery.note)}."
         ),
+        blocks.together(
+            [
+                blocks.subheading("Program"),
+                blocks.body(
+                    "Open firmware/tsmr_robot/tsmr_robot.ino in the Arduino IDE, choose the board, upload, and open the"
+                    " serial monitor at 115200 baud. Letters to type: <b>a0</b> all servos to 0°, <b>a180</b> to 180° (any"
+                    " number between), <b>g</b> go, <b>s</b> stop. After a… it prints how long every internal cable should"
+                    " be. Pins and pulses of the servos are in settings.h: measure them for each servo."
+                ),
+            ]
+        ),
         blocks.together([blocks.subheading("Pin map"), _pins(facts, pins, paper.inner_width)]),
         blocks.together(
             [
-                blocks.subheading("Internal cables: length between arm and node, by servo command"),
-                _lengths(paper.inner_width),
+                blocks.subheading("Internal cables: length between guide and node, by servo command"),
+                _lengths(materials, paper.inner_width),
                 blocks.note(
-                    "Command 0° is released, 180° contracted; in between the sketch interpolates. Set the lengths at 0°"
-                    f" and check them at 180°. Under load a cable yields: its tension is {t.SERVO_OFFSET:.2f} N at its"
+                    "Command 0° is released, 180° contracted. Each line is wound by its own groove of the printed drum;"
+                    " tie it so that its length at 0° is right. A drum winds evenly, which the simulated arm does not:"
+                    " in between it is off by the stated millimetres. Under load a cable yields: its tension is {t.SERVO_OFFSET:.2f} N at its"
                     f" target length, rises by {t.SERVO_GAIN:.1f} N for every metre that it is longer"
                     f" ({t.SERVO_GAIN / 1000:.3f} N per mm) and is {t.SERVO_MAX_TENSION:.3f} N at most. So a cable ends in"
                     f" {style.escaped(materials.line.elastic)}."
@@ -72,8 +85,8 @@ def _controller(facts: Facts) -> list[str]:
         f" ({frequencies} Hz) and a phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time +"
         " phase) + 1).",
         "The robot carries no sensor for these values: something beside it, such as a camera above the floor that"
-        " sees the head and the target, must tell them to the board. The sketch has one function to fill in. Without"
-        " it the robot keeps the rhythm that it starts with.",
+        " sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without it the robot"
+        " keeps the rhythm that it starts with.",
         f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it begins to"
         " move.",
         f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows that.",
@@ -92,13 +105,16 @@ def _pins(facts: Facts, pins: Mapping[int, int], width: float) -> Flowable:
     )
 
 
-def _lengths(width: float) -> Flowable:
+def _lengths(materials: Materials, width: float) -> Flowable:
+    radii, errors = groove_radii(materials.servo), drum_errors(materials.servo)
     rows = []
     for k, node in enumerate(t.SERVO_NODES):
         figures = [f"{1000 * servo.TARGET_LENGTHS[c, k]:.1f}" for c in COMMANDS]
-        rows.append([f"arm to node {node}", *figures])
-    header = ("internal cable (mm)", *(f"{c}°" for c in COMMANDS))
-    return blocks.grid(header, rows, blocks.columns(width, 24, *[11] * len(COMMANDS)), right=range(1, 8))
+        rows.append([f"to node {node}", *figures, f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
+    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove radius", "drum is off by at most")
+    return blocks.grid(
+        header, rows, blocks.columns(width, 17, *[9] * len(COMMANDS), 11, 15), right=range(1, 10)
+    )
 
 
 def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int]) -> None:
