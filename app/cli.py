@@ -22,9 +22,8 @@ from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
 from engine import run
-from engine.archive import Cell
 from engine.config import preset
-from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.errors import InvalidData, TensAtlasError
 from engine.reader import Generation, RunReader
 from engine.records import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task

@@ -91,9 +91,7 @@ def robot_folder(
     files |= {
         "build_sheet.pdf": build_sheet(facts, materials, paper)[0],
         "materials.toml": materials_text(materials).encode(),
-        "replay.html": standalone_replay(
-            trial.replay, run=facts.run_name, where=place.name if place else ""
-        ),
+        "replay.html": standalone_replay(trial.replay, run=facts.run_name, where=place.name if place else ""),
         "tables/internal_cables.csv": _internal_cables(),
         "tables/targets.csv": _targets(facts),
         "tables/paths.csv": _paths(facts),

@@ -55,9 +55,11 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     return [
         blocks.heading(f"Build one module (do this {facts.morphology.n_modules} times)"),
         blocks.body(
-            "All modules are built in the same way; if their cables differ in stiffness, the cut list says which net or cord goes"
+            "All modules are built in the same way; if their cables differ in stiffness, the cut list says"
+            " which net or cord goes"
             " into which. In the pictures, what a step adds is in colour, what is there"
-            " already is grey; small numbers are nodes (rod ends). Write the node number on every rod end <b>before</b>"
+            " already is grey; small numbers are nodes (rod ends). Write the node number on every rod end"
+            " <b>before</b>"
             " you begin: everything later refers to it."
         ),
         *steps,
@@ -68,7 +70,7 @@ def steps_of(materials: Materials, design: CableDesign) -> list[Step]:
     """Return the steps for a printed net or for cords."""
     tail = f"{1000 * design.tail:.1f} mm"
     if materials.cable.form == "printed":
-        ready = "Lay the printed net on the table as on the net drawing and write the node numbers beside its rings."
+        ready = "Lay the net on the table as on its drawing and write the node numbers beside its rings."
         hook = "Push the net's rings of nodes {} over the rod ends"
         where = f"Each ring sits on the bare rod, {tail} from the node."
     else:
@@ -78,48 +80,58 @@ def steps_of(materials: Materials, design: CableDesign) -> list[Step]:
     return [
         Step(
             "Prepare the rods",
-            "Cut six rods and write the node numbers on both ends: rod 0 has nodes 0 and 1, rod 1 nodes 2 and 3, and so"
-            " on up to rod 5 with 10 and 11. Glue the servo mount to the middle of rod 0 (orange), its guide to the"
+            "Cut six rods and write the node numbers on both ends: rod 0 has nodes 0 and 1, rod 1 nodes 2 and"
+            " 3, and so"
+            " on up to rod 5 with 10 and 11. Glue the servo mount to the middle of rod 0 (orange), its guide"
+            " to the"
             f" side of the module's centre. {ready}",
             (0, 1, 2, 3, 4, 5),
         ),
         Step(
             "First pair: rods 0 and 1",
-            f"{hook.format('0 to 3')}. {where} Put a cap on each end; lay the node's four cables along it, one in each"
-            " notch of its crown. A drop of glue keeps the cap from turning. In the finished module these two rods are"
+            f"{hook.format('0 to 3')}. {where} Put a cap on each end; lay the node's four cables along it,"
+            " one in each"
+            " notch of its crown. A drop of glue keeps the cap from turning. In the finished module these two"
+            " rods are"
             f" parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
         ),
         Step(
             "Second pair: rods 2 and 3",
-            f"{hook.format('4 to 7')}, with caps as before: 4 and 5 on rod 2, 6 and 7 on rod 3. They stand across the"
+            f"{hook.format('4 to 7')}, with caps as before: 4 and 5 on rod 2, 6 and 7 on rod 3. They stand"
+            " across the"
             " first pair. Every cable runs straight from cap to cap and none is twisted round another.",
             PAIRS[1],
             PAIRS[0],
         ),
         Step(
             "Third pair: rods 4 and 5",
-            f"{hook.format('8 to 11')}: 8 and 9 on rod 4, 10 and 11 on rod 5, across both other pairs. The last ones need"
+            f"{hook.format('8 to 11')}: 8 and 9 on rod 4, 10 and 11 on rod 5, across both other pairs. The"
+            " last ones need"
             " the most force: a second person holds the rods. Now the module stands by itself.",
             PAIRS[2],
             (*PAIRS[0], *PAIRS[1]),
         ),
         Step(
             "Servo, drum and internal cables",
-            "Screw the servo into the mount on rod 0 and type a0 (see “Wiring”). Press the drum on its shaft. Lead a line"
+            "Screw the servo into the mount on rod 0 and type a0 (see “Wiring”). Press the drum on its shaft."
+            " Lead a line"
             " from each groove through the guide (the orange ball) to one of nodes "
             + ", ".join(map(str, t.SERVO_NODES))
-            + f"; between line and node goes {style.escaped(materials.line.elastic)}. Set the lengths by the table under"
-            " “Wiring”. Glue the ballast of the bill of materials to rod 0, away from the servo.",
+            + f"; between line and node goes {style.escaped(materials.line.elastic)}. Set the lengths by the"
+            " table under “Wiring”. Glue the ballast of the bill of materials to rod 0, away from the servo.",
             (),
             (0, 1, 2, 3, 4, 5),
             servo=True,
         ),
         Step(
             CHECK,
-            "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs at right"
-            " angles. Compare with the neighbours table. If two cables cross, the module is twisted: take off the last"
-            f" rod and put it in again. Node to node along a cable it measures {_centi(_span(design))} cm. Write its number on"
+            "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs"
+            " at right"
+            " angles. Compare with the neighbours table. If two cables cross, the module is twisted: take off"
+            " the last"
+            f" rod and put it in again. Node to node along a cable it measures {_centi(_span(design))} cm."
+            " Write its number on"
             " the servo mount.",
             (),
             (0, 1, 2, 3, 4, 5),

@@ -148,9 +148,7 @@ def columns(width: float, *parts: float) -> list[float]:
     return [width * p / whole for p in parts]
 
 
-def beside(
-    left: Any, right: Any, widths: Sequence[float], align: Literal["TOP", "MIDDLE"] = "TOP"
-) -> Table:
+def beside(left: Any, right: Any, widths: Sequence[float], align: Literal["TOP", "MIDDLE"] = "TOP") -> Table:
     """Return two blocks side by side."""
     look = [
         ("VALIGN", (0, 0), (-1, -1), align),

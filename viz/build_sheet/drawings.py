@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from reportlab.platypus import Flowable
 
@@ -19,11 +21,15 @@ POINTS_PER_M = 72 / 0.0254
 SCALES = (1, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 _WORDS = (
-    "<b>Module</b>: a ball of six rods that do not touch, held by 24 cables (a tensegrity). <b>Node</b>: the end of a"
+    "<b>Module</b>: a ball of six rods that do not touch, held by 24 cables (a tensegrity). <b>Node</b>: the"
+    " end of a"
     " rod, 0 to 11 in every module.",
-    "<b>Passive cable</b>: one of the 24 elastic cables of a module. <b>Internal cable</b>: one of the five lines that"
-    " the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join another module.",
-    "<b>Head</b>: the module at the end that goes first. <b>Cell</b>: the robot's place on a map of many; only good to"
+    "<b>Passive cable</b>: one of the 24 elastic cables of a module. <b>Internal cable</b>: one of the five"
+    " lines that"
+    " the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join another"
+    " module.",
+    "<b>Head</b>: the module at the end that goes first. <b>Cell</b>: the robot's place on a map of many;"
+    " only good to"
     " find it again.",
 )
 
@@ -33,17 +39,17 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     length, width, height = facts.size
     scale = next(s for s in SCALES if length * POINTS_PER_M / s <= paper.inner_width - 74)
     size = POINTS_PER_M / scale
-    plan = Picture(
-        paper.inner_width, width * size + 64, lambda pen: _draw_plan(pen, facts, size), "plan"
-    )
+    plan = Picture(paper.inner_width, width * size + 64, lambda pen: _draw_plan(pen, facts, size), "plan")
     side = Picture(
         paper.inner_width, height * size + 54, lambda pen: _draw_side(pen, facts, size), "elevation"
     )
     return [
         blocks.heading("Drawings: the whole robot, settled"),
         blocks.body(
-            f"Scale 1:{scale:g}, measures in cm. This is the simulated robot {facts.config.trials.settle_time:g} s"
-            " after being set down, servos released: gravity has sagged it. A finished robot is checked against"
+            f"Scale 1:{scale:g}, measures in cm. This is the simulated robot"
+            f" {facts.config.trials.settle_time:g} s"
+            " after being set down, servos released: gravity has sagged it. A finished robot is checked"
+            " against"
             " these measures (see “Checks”)."
         ),
         blocks.together([blocks.subheading("From above"), plan]),
@@ -55,9 +61,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
 
 def _levelled(facts: Facts) -> Body:
     body, level = facts.body, facts.level
-    return Body(
-        level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces
-    )
+    return Body(level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces)
 
 
 def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
@@ -77,7 +81,7 @@ def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
             x, y1 + 8, name, align="centre", bold=True, color=style.ACCENT if "head" in name else style.INK
         )
     order = np.argsort([view.at(c)[0] for c in centres])
-    for a, b in zip(order[:-1], order[1:], strict=True):
+    for a, b in itertools.pairwise(order):
         xa, xb = view.at(centres[a])[0], view.at(centres[b])[0]
         text = f"{100 * abs(centres[b, 0] - centres[a, 0]):.1f}"
         pen.dimension((xa, y0 - 16), (xb, y0 - 16), text, ticks=(y0, y0))
@@ -100,9 +104,7 @@ def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
     x, _ = view.at(body.nodes[head].mean(axis=0))
     way = "crawls this way"
     pen.line((x - 6, top + 14), (x + 22, top + 14), color=style.ACCENT, width=1.4)
-    pen.path(
-        [(x + 29, top + 14), (x + 21, top + 17.5), (x + 21, top + 10.5)], fill=style.ACCENT, stroke=None
-    )
+    pen.path([(x + 29, top + 14), (x + 21, top + 17.5), (x + 21, top + 10.5)], fill=style.ACCENT, stroke=None)
     pen.text(x - 10, top + 11.3, way, align="right", color=style.ACCENT)
 
 

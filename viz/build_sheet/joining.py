@@ -39,17 +39,23 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     return [
         blocks.heading(f"Join the {n} modules"),
         blocks.body(
-            "For each pair of nodes in the table snap one printed link (parts/link.stl) over the knobs at the ends of"
-            f" the two caps; a loop of line does as well. The nodes then are {1000 * t.LINK_PLAY:.1f} mm apart"
-            f" ({800 * t.LINK_PLAY:.1f} to {1200 * t.LINK_PLAY:.1f} mm) and the joint can wiggle. The three pairs alone"
-            " fix which face meets which and in which turn. <b>Face</b> numbers are on the net drawing. The column"
-            " “turn” is a check: seen along the chain from module 0, the servo rod of the next module must lie"
+            "For each pair of nodes in the table snap one printed link (parts/link.stl) over the knobs at the"
+            " ends of"
+            f" the two caps; a loop of line does as well. The nodes then are {1000 * t.LINK_PLAY:.1f} mm"
+            " apart"
+            f" ({800 * t.LINK_PLAY:.1f} to {1200 * t.LINK_PLAY:.1f} mm) and the joint can wiggle. The three"
+            " pairs alone"
+            " fix which face meets which and in which turn. <b>Face</b> numbers are on the net drawing. The"
+            " column"
+            " “turn” is a check: seen along the chain from module 0, the servo rod of the next module must"
+            " lie"
             " that much further clockwise."
         ),
         orientation_table(facts, paper.inner_width),
         blocks.gap(3),
         blocks.note(
-            f"Module 0 has no module before it and module {n - 1} none after it. The head is module {head}, the {front}"
+            f"Module 0 has no module before it and module {n - 1} none after it. The head is module {head},"
+            f" the {front}"
             f" one; its front, which goes first, is face {_front_face(facts)} (nodes"
             f" {_names(t.FACES[_front_face(facts)])}). Mark it."
         ),
@@ -130,7 +136,9 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     _label(pen, view, body, joint)
     pen.text(8, pen.height - 13, f"Modules {i} and {i + 1}", bold=True, size=9)
     nodes = ", ".join(f"{a}–{b}" for a, b in joint.node_pairs)
-    pen.text(pen.width - 8, pen.height - 13, f"tie {nodes}", bold=True, size=9, align="right", color=style.LINK)
+    pen.text(
+        pen.width - 8, pen.height - 13, f"tie {nodes}", bold=True, size=9, align="right", color=style.LINK
+    )
     for k in (0, 1):
         x = view.at(body.nodes[k].mean(axis=0))[0]
         top = max(view.at(p)[1] for p in body.nodes[k])

@@ -11,7 +11,8 @@ from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
-    "3D printer for flexible and for rigid filament (or scissors, where the cables are cords); print settings are in"
+    "3D printer for flexible and for rigid filament (or scissors, where the cables are cords); print settings"
+    " are in"
     " the notes above",
     "fine saw or cutter for the rods, sandpaper, calipers, a ruler of 30 cm, a scale that reads 0.1 g",
     "crochet hook or blunt tweezers to pull eyelets over rod ends, water-proof pen, numbered stickers",
@@ -25,17 +26,27 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     width = paper.inner_width
     listed = parts(facts.morphology, materials)
     balance = mass_balance(facts.morphology, materials)
-    header = ("part", "pieces", "length × Ø (mm)", "each (g)", "all (g)", "source of mass", "note")
-    shares = (18, 8, 14, 8, 9, 11, 32)
+    header = ["part", "pieces", "length × Ø (mm)", "each (g)", "all (g)", "source of mass", "note"]
+    shares = [18, 8, 14, 8, 9, 11, 32]
     inner = [p for p in listed if p.group == "internal cables"]
     rows = [_row(p) for p in listed if p not in inner[1:]]
     rows[listed.index(inner[0])] = _internal(inner, materials)
-    rows.append(["robot as built", "", "", "", f"{1000 * balance.built:.1f}", "", "without what is off the robot"])
+    rows.append(
+        ["robot as built", "", "", "", f"{1000 * balance.built:.1f}", "", "without what is off the robot"]
+    )
+    sources = {p.source for p in listed}
+    if len(sources) == 1:
+        # one source for all is said once, and the notes get its room
+        shares[-1] += shares.pop(5)
+        for row in (header, *rows):
+            del row[5]
     return [
         blocks.heading("Bill of materials"),
         blocks.body(
-            f"For the whole robot, materials “{style.escaped(materials.name)}” (file materials.toml in the folder; it can"
+            f"For the whole robot, materials “{style.escaped(materials.name)}” (file materials.toml in the"
+            " folder; it can"
             " be edited, and the robot exported again with it)."
+            + (f" All masses in this table are <b>{sources.pop()}</b>." if len(sources) == 1 else "")
         ),
         blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 3, 4), total=True),
         blocks.together([blocks.subheading("Tools"), *blocks.bullets(_TOOLS)]),
@@ -108,13 +119,17 @@ def _balance(balance: MassBalance, width: float) -> Flowable:
 
 
 def _verdict(balance: MassBalance) -> str:
-    if balance.excess:
+    if balance.excess > 5e-5:
         part = 100 * balance.excess / balance.simulated
         return (
-            f"The robot as built is {1000 * balance.excess:.1f} g ({part:.0f} %) heavier than simulated. It sags more"
+            f"The robot as built is {1000 * balance.excess:.1f} g ({part:.0f} %) heavier than simulated. It"
+            " sags more"
             " than drawn and may crawl less; a lighter servo helps most."
         )
+    if balance.ballast < 5e-6:
+        return "A module weighs what was simulated, without ballast."
     return (
-        f"Each module gets {1000 * balance.ballast:.2f} g of ballast on its servo rod, so that it weighs what was"
+        f"Each module gets {1000 * balance.ballast:.2f} g of ballast on its servo rod, so that it weighs what"
+        " was"
         " simulated."
     )

@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable, Table, TableStyle
 from engine import tensegrity as t
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import Net, module_net
+from engine.fabrication.net import Net, lay_out, module_net
 from viz.build_sheet import assembly, blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
@@ -29,13 +29,15 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     cuts = " and ".join(f"node {n} ({' and '.join(labels)})" for n, labels in net.cuts.items())
     how = (
         f"Printed flat, {1000 * net.size[0]:.0f} × {1000 * net.size[1]:.0f} mm"
-        + ("" if net.fits else " (<b>larger than the stated print bed</b>)")
-        + f"; {1000 * net.side:.2f} mm between the middles of two joined eyelets. The files net.dxf, net.svg and the"
-        " mesh in the folder “parts” are at 1:1."
+        + ("" if net.fits else " (<b>larger than the stated print bed</b>: use a larger printer, or cords)")
+        + f"; {1000 * net.side:.2f} mm between the middles of two joined eyelets. The files in the folders net"
+        " (DXF, SVG) and parts (STL, 3MF) are at 1:1."
         if printed
         else "The cables are cords: this net is not printed. It shows which cord goes where, and the faces."
     )
-    small = [_small(facts, net, i, width / 2 - 6) for i in range(facts.morphology.n_modules)]
+    # the strip is the clearest, whatever layout is printed
+    scheme = lay_out("strip", design.path, materials.printer)
+    small = [_small(facts, scheme, i, width / 2 - 6) for i in range(facts.morphology.n_modules)]
     rows: list[list[Flowable | str]] = [list(small[k : k + 2]) for k in range(0, len(small), 2)]
     rows[-1] += [""] * (2 - len(rows[-1]))
     table = Table(rows, colWidths=[width / 2] * 2, hAlign="LEFT")
@@ -44,8 +46,10 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     return [
         blocks.heading("The net of a module: nodes and faces"),
         blocks.body(
-            f"All {len(t.CABLES)} cables of a module in one plane, seen from outside. Small numbers at the rings are"
-            " <b>nodes</b>; large ones in the triangles are <b>faces</b>, which can join another module. The net is cut"
+            f"All {len(t.CABLES)} cables of a module in one plane, seen from outside. Small numbers at the"
+            " rings are"
+            " <b>nodes</b>; large ones in the triangles are <b>faces</b>, which can join another module. The"
+            " net is cut"
             f" open at {cuts}: both rings of such a node go on the same rod end. {how}"
         ),
         Picture(width, height, lambda pen: _draw_net(pen, net, {}), "net"),
@@ -57,7 +61,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         ),
         blocks.subheading("Faces that join, module by module"),
         blocks.note(
-            "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain. The three"
+            "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain."
+            " The three"
             " nodes of a coloured face are the ones to tie; which to which is in the orientation table."
         ),
         table,
@@ -85,9 +90,7 @@ def _small(facts: Facts, net: Net, i: int, width: float) -> Picture:
     return Picture(width, SMALL_HEIGHT, draw, f"net of module {i}")
 
 
-def _draw_net(
-    pen: Pen, net: Net, marks: dict[int, Color], *, top: float = 0.0, small: bool = False
-) -> None:
+def _draw_net(pen: Pen, net: Net, marks: dict[int, Color], *, top: float = 0.0, small: bool = False) -> None:
     margin = 12.0 if small else 16.0
     size = np.array(net.size)
     room = np.array([pen.width - 2 * margin, pen.height - top - 2 * margin])
@@ -108,7 +111,9 @@ def _draw_net(
         if small:
             if any(k in net.faces[f] for f in marks):
                 pen.disc(tuple(place), 5.6, fill=style.INK)
-                pen.text(place[0], place[1] - 2.5, str(eyelet.node), align="centre", size=7, bold=True, color=PAPER)
+                pen.text(
+                    place[0], place[1] - 2.5, str(eyelet.node), align="centre", size=7, bold=True, color=PAPER
+                )
             else:
                 pen.disc(tuple(place), 1.8, fill=style.CABLE)
             continue

@@ -64,9 +64,13 @@ def _rods(facts: Facts, materials: Materials, width: float) -> Flowable:
         else f"{plan.pieces} pieces in all: {plan.stock_rods} rods of {1000 * plan.stock_length:g} mm give"
         f" {plan.pieces_per_stock} pieces each, saw cuts of {1000 * materials.rod.kerf:g} mm included."
     )
-    table = blocks.grid(header, rows, blocks.columns(width, 18, 11, 10, 14, 16, 14, 17), right=(2, 3, 4, 5, 6))
+    table = blocks.grid(
+        header, rows, blocks.columns(width, 18, 11, 10, 14, 16, 14, 17), right=(2, 3, 4, 5, 6)
+    )
     text += " A piece is shorter than its rod because the printed caps reach beyond it to the nodes."
-    return blocks.together([table, blocks.gap(2), blocks.note(f"{style.escaped(materials.rod.material)}. {text}")])
+    return blocks.together(
+        [table, blocks.gap(2), blocks.note(f"{style.escaped(materials.rod.material)}. {text}")]
+    )
 
 
 def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
@@ -77,9 +81,11 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
         _designs(designs, materials, width),
         blocks.note(
             f"Material: {style.escaped(materials.cable.material)}, secant modulus"
-            f" {materials.cable.modulus / 1e6:g} MPa, springs back up to {100 * materials.cable.max_strain:.0f} %"
+            f" {materials.cable.modulus / 1e6:g} MPa, springs back up to"
+            f" {100 * materials.cable.max_strain:.0f} %"
             f" ({materials.cable_source}). The section follows from stiffness k, free length L and modulus E:"
-            " A = k L / E. At both ends a cable goes on along its rod by the stated tail, which is part of the"
+            " A = k L / E. At both ends a cable goes on along its rod by the stated tail, which is part of"
+            " the"
             " spring; the rest length is that between the rods' ends."
         ),
     ]
@@ -88,7 +94,8 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
         cures = "; or ".join(style.escaped(p) for p in problem.proposals)
         parts.append(
             blocks.warning(
-                f"<b>Cannot be made as asked (modules {where}).</b> {style.escaped(problem.text)} What would work:"
+                f"<b>Cannot be made as asked (modules {where}).</b> {style.escaped(problem.text)} What would"
+                " work:"
                 f" {cures}."
             )
         )
@@ -137,9 +144,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
         "can be made",
     )
     shares = (11, 9, 9, 8, 9, 15, 16, 14, 9)
-    table = blocks.grid(
-        header, rows, blocks.columns(width, *shares), right=(1, 2, 3, 4), marked=marked
-    )
+    table = blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 2, 3, 4), marked=marked)
     source = f"Stiffness {designs[0].stiffness_source}, section {section_source(materials)}."
     return blocks.together([table, blocks.gap(2), blocks.note(source)])
 
@@ -170,7 +175,11 @@ def _cable_table(
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
     where = _modules(modules)
-    title = f"Passive cables of module {where}" if len(modules) == 1 else f"Passive cables of modules {where}, each"
+    title = (
+        f"Passive cables of module {where}"
+        if len(modules) == 1
+        else f"Passive cables of modules {where}, each"
+    )
     return [
         blocks.together(
             [
@@ -178,8 +187,10 @@ def _cable_table(
                 table,
                 blocks.gap(2),
                 blocks.note(
-                    "Between the rods' ends: built = in the finished module without load, servo off; rest = where the"
-                    " cable begins to pull; tension = in the finished module. The file tables/cables.csv lists the cables"
+                    "Between the rods' ends: built = in the finished module without load, servo off; rest ="
+                    " where the"
+                    " cable begins to pull; tension = in the finished module. The file tables/cables.csv"
+                    " lists the cables"
                     f" of all {facts.morphology.n_modules} modules one by one."
                 ),
             ]
@@ -205,8 +216,10 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
         blocks.body(
             f"{measured} {piece} Hang it up, load it until the marks are"
             f" {1000 * (c.gauge_length + c.extension):.0f} mm apart, and wait a minute. That should take"
-            f" <b>{c.expected_force:.2f} N</b>, the weight of {1000 * c.expected_mass:.0f} g. Write what you found into"
-            " the table [pull_test] of the materials file (length, area, force, extension, and the largest strain from"
+            f" <b>{c.expected_force:.2f} N</b>, the weight of {1000 * c.expected_mass:.0f} g. Write what you"
+            " found into"
+            " the table [pull_test] of the materials file (length, area, force, extension, and the largest"
+            " strain from"
             " which it springs back) and export again: all sections on this sheet then follow from it."
         ),
     ]
@@ -220,6 +233,4 @@ def _modules(modules: list[int]) -> str:
             runs[-1].append(m)
         else:
             runs.append([m])
-    return ", ".join(
-        f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs
-    )
+    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)

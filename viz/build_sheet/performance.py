@@ -29,9 +29,12 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.heading("What to expect of it"),
         blocks.body(
             f"In the task “{style.escaped(task.name)}” the robot starts {start:.0f} cm from a target and is"
-            f" given {trials.trial_time:g} s. It was tried on {task.n_targets} targets, {_times(trials.repeats)}"
-            f" each. <b>f<sub>s</sub> = {signed(100 * facts.f_s, 2)} cm</b> is the starting distance minus the fitness,"
-            f" which is the mean over the targets of the trials' score ({style.escaped(task.score_name)}) plus half of"
+            f" given {trials.trial_time:g} s. It was tried on {task.n_targets} targets,"
+            f" {_times(trials.repeats)}"
+            f" each. <b>f<sub>s</sub> = {signed(100 * facts.f_s, 2)} cm</b> is the starting distance minus"
+            " the fitness,"
+            f" which is the mean over the targets of the trials' score ({style.escaped(task.score_name)})"
+            " plus half of"
             " what the worst target lies above that mean. More is better; a robot that stays where it is has"
             " about 0."
         ),
@@ -69,19 +72,25 @@ def _targets(facts: Facts, width: float) -> Flowable:
 def _spread_note(facts: Facts) -> str:
     number = facts.evaluation.solution.number
     noise = f"{1000 * facts.config.physics.servo_noise:.2f} mm"
-    text = f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn anew 50 times a second. "
-    text = text.replace("50 times", f"{1 / facts.config.physics.control_period:.0f} times")
+    rate = 1 / facts.config.physics.control_period
+    text = (
+        f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn anew {rate:.0f} times"
+        " a second. "
+    )
     mean = None if facts.robust is None else facts.robust.mean(number)
     if facts.robust is not None and mean is not None:
         fresh = 100 * (facts.task.target_distance - facts.robust.fresh(number))
         spread = f" ± {fresh.std(ddof=1):.2f} (standard deviation)" if len(fresh) > 1 else ""
         return (
-            text + f"Evaluated again {len(fresh)} times under fresh noise the robot had a mean f<sub>s</sub> of"
-            f" {fresh.mean():.2f} cm{spread}, from {fresh.min():.2f} to {fresh.max():.2f} cm. Expect this, not the"
+            text
+            + f"Evaluated again {len(fresh)} times under fresh noise the robot had a mean f<sub>s</sub> of"
+            f" {fresh.mean():.2f} cm{spread}, from {fresh.min():.2f} to {fresh.max():.2f} cm. Expect this,"
+            " not the"
             " recorded figure, which was the best of many."
         )
     return (
-        text + "This robot was not evaluated again under fresh noise, so that part of its f<sub>s</sub> may be luck:"
+        text
+        + "This robot was not evaluated again under fresh noise, so that part of its f<sub>s</sub> may be luck:"
         " “tensatlas reevaluate” on the run, then exporting again, prints here what to expect."
     )
 
@@ -99,12 +108,15 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.together(
             [
                 blocks.subheading(f"{text}{mean}"),
-                Picture(paper.inner_width, PLOT_HEIGHT, lambda pen: _draw_paths(pen, facts), "paths of the head"),
+                Picture(
+                    paper.inner_width, PLOT_HEIGHT, lambda pen: _draw_paths(pen, facts), "paths of the head"
+                ),
                 blocks.note(
-                    "Left the whole task, right the paths alone, larger. The head starts at the origin and points to"
-                    " the right (x). Crosses are targets, rings the ends of the paths; the number is how much closer"
-                    " the head came to that target."
-                    + (" Grey: walls." if _has_walls(facts) else "")
+                    "Left the whole task, right the paths alone, larger. The head starts at the origin and"
+                    " points to"
+                    " the right (x). Crosses are targets, rings the ends of the paths; the number is how much"
+                    " closer"
+                    " the head came to that target." + (" Grey: walls." if _has_walls(facts) else "")
                 ),
             ]
         )

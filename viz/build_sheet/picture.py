@@ -156,7 +156,8 @@ class Pen:
         """Write a line, its base line at ``y``.
 
         Args:
-            x, y: where it starts, has its middle or ends.
+            x: where it starts, has its middle or ends.
+            y: of the base line.
             text: to write.
             size: of the letters.
             align: what of it lies at ``x``.
@@ -202,7 +203,8 @@ class Pen:
         """Draw a dimension line, level or upright, with arrow heads and its measure.
 
         Args:
-            start, end: of the line.
+            start: of the line.
+            end: of the line.
             text: the measure.
             ticks: for a level line the heights, for an upright one the places, that its two
                 extension lines come from.

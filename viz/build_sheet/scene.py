@@ -1,4 +1,4 @@
-"""Robots as vector graphics: tubes and balls seen from afar, painted from back to front (painter's algorithm)."""
+"""Robots as vector graphics: tubes and balls seen from afar, painted from back to front."""
 
 from __future__ import annotations
 
@@ -118,7 +118,8 @@ def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence
 
     Args:
         points: to tell apart, in m.
-        azimuths, elevations: to choose from, in degrees; of equals the first is taken.
+        azimuths: to choose from, in degrees; of equals the first is taken.
+        elevations: likewise.
     """
 
     def nearest(camera: Camera) -> float:

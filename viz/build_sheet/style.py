@@ -1,4 +1,4 @@
-"""How build sheets look: paper, fonts, colours and paragraph styles. Made for a black-and-white printer too."""
+"""How build sheets look: paper, fonts, colours and paragraph styles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reportlab.pdfbase.ttfonts import TTFont
 
 PaperName = Literal["a4", "letter"]
 
-# Bitstream Vera comes with reportlab and is embedded: °, ×, ·, Ω, ± and ≤ print everywhere
+# Bitstream Vera comes with reportlab and is embedded, so that °, Ω, ± and ≤ print everywhere
 REGULAR: Final = "Vera"
 BOLD: Final = "VeraBd"
 for _name in (REGULAR, BOLD):
@@ -74,7 +74,9 @@ def _style(name: str, size: float, lead: float, **more: object) -> ParagraphStyl
 
 
 TITLE: Final = _style("title", 21, 26, fontName=BOLD)
-HEADING: Final = _style("heading", 14, 18, fontName=BOLD, textColor=ACCENT, spaceBefore=14, spaceAfter=5, keepWithNext=1)
+HEADING: Final = _style(
+    "heading", 14, 18, fontName=BOLD, textColor=ACCENT, spaceBefore=14, spaceAfter=5, keepWithNext=1
+)
 SUBHEADING: Final = _style("subheading", 10.5, 14, fontName=BOLD, spaceBefore=7, spaceAfter=2, keepWithNext=1)
 BODY: Final = _style("body", 9.2, 13, spaceAfter=4)
 BULLET: Final = _style("bullet", 9.2, 13, leftIndent=12, bulletIndent=2, spaceAfter=2)

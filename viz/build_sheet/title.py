@@ -62,7 +62,12 @@ def _identity(facts: Facts, width: float) -> Flowable:
         ("Run", style.escaped(facts.run_name), "Modules", f"{facts.morphology.n_modules}, numbered from 0"),
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
         ("Evaluation no.", str(facts.evaluation.solution.number), "Cable stiffness", _stiffness(facts)),
-        ("Task", style.escaped(facts.task.name), "Size, settled", f"{length:.1f} × {breadth:.1f} × {height:.1f} cm"),
+        (
+            "Task",
+            style.escaped(facts.task.name),
+            "Size, settled",
+            f"{length:.1f} × {breadth:.1f} × {height:.1f} cm",
+        ),
         ("Date of the run", facts.date, "Mass", f"{_kilo(facts.mass)} g"),
         (
             "Made with",
@@ -90,11 +95,14 @@ def _how_to(facts: Facts) -> list[Flowable]:
     n = facts.morphology.n_modules
     steps = [
         "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %.",
-        "<b>Order and make the parts</b>: bill of materials and cut list. Files for laser, cutter and 3D printer"
+        "<b>Order and make the parts</b>: bill of materials and cut list. Files for laser, cutter and 3D"
+        " printer"
         " are in the folder.",
-        f"<b>Build {n} modules</b>, one first, then the others in the same way, by the steps with pictures; label them"
+        f"<b>Build {n} modules</b>, one first, then the others in the same way, by the steps with pictures;"
+        " label them"
         f" 0 to {n - 1}. Nobody has built this robot before.",
-        "<b>Join them</b> by the orientation table: which node meets which. Getting it wrong gives another robot.",
+        "<b>Join them</b> by the orientation table: which node meets which. Getting it wrong gives another"
+        " robot.",
         "<b>Wire and program</b> it, run the checks, and only then let it crawl. Read “Safety” first.",
     ]
     return [

@@ -32,10 +32,14 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
         blocks.heading("Wiring"),
         blocks.body(
             f"One servo per module ({style.escaped(materials.servo.model)}), all on one"
-            f" {materials.servo.voltage:g} V supply; the signal of each comes from a pin of its own. All servos"
-            f" blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the supply and the"
-            " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos from the"
-            " board's own 5 V pin. A capacitor of 470 to 1000 µF across the supply keeps the board from resetting."
+            f" {materials.servo.voltage:g} V supply; the signal of each comes from a pin of its own. All"
+            " servos"
+            f" blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the supply"
+            " and the"
+            " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos"
+            " from the"
+            " board's own 5 V pin. A capacitor of 470 to 1000 µF across the supply keeps the board from"
+            " resetting."
         ),
         Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
         blocks.note(
@@ -46,9 +50,12 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
             [
                 blocks.subheading("Program"),
                 blocks.body(
-                    "Open firmware/tsmr_robot/tsmr_robot.ino in the Arduino IDE, choose the board, upload, and open the"
-                    " serial monitor at 115200 baud. Letters to type: <b>a0</b> all servos to 0°, <b>a180</b> to 180° (any"
-                    " number between), <b>g</b> go, <b>s</b> stop. After a… it prints how long every internal cable should"
+                    "Open firmware/tsmr_robot/tsmr_robot.ino in the Arduino IDE, choose the board, upload,"
+                    " and open the"
+                    " serial monitor at 115200 baud. Letters to type: <b>a0</b> all servos to 0°, <b>a180</b>"
+                    " to 180° (any"
+                    " number between), <b>g</b> go, <b>s</b> stop. After a… it prints how long every internal"
+                    " cable should"
                     " be. Pins and pulses of the servos are in settings.h: measure them for each servo."
                 ),
             ]
@@ -59,11 +66,15 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
                 blocks.subheading("Internal cables: length between guide and node, by servo command"),
                 _lengths(materials, paper.inner_width),
                 blocks.note(
-                    "Command 0° is released, 180° contracted. Each line is wound by its own groove of the printed drum;"
-                    " tie it so that its length at 0° is right. A drum winds evenly, which the simulated arm does not:"
-                    " in between it is off by the stated millimetres. Under load a cable yields: its tension is {t.SERVO_OFFSET:.2f} N at its"
+                    "Command 0° is released, 180° contracted. Each line is wound by its own groove of the"
+                    " printed drum;"
+                    " tie it so that its length at 0° is right. A drum winds evenly, which the simulated arm"
+                    " does not:"
+                    " in between it is off by the stated millimetres. Under load a cable yields: its tension"
+                    f" is {t.SERVO_OFFSET:.2f} N at its"
                     f" target length, rises by {t.SERVO_GAIN:.1f} N for every metre that it is longer"
-                    f" ({t.SERVO_GAIN / 1000:.3f} N per mm) and is {t.SERVO_MAX_TENSION:.3f} N at most. So a cable ends in"
+                    f" ({t.SERVO_GAIN / 1000:.3f} N per mm) and is {t.SERVO_MAX_TENSION:.3f} N at most. So a"
+                    " cable ends in"
                     f" {style.escaped(materials.line.elastic)}."
                 ),
             ]
@@ -80,16 +91,22 @@ def _controller(facts: Facts) -> list[str]:
     phases = ", ".join(f"{np.degrees(p):.0f}°" for p in servo.PHASES)
     inputs = ", ".join(style.escaped(name) for name in facts.task.inputs)
     return [
-        f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in cm, angles in rad,"
+        f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in cm,"
+        " angles in rad,"
         " positive to the left) and gives every module a frequency"
-        f" ({frequencies} Hz) and a phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time +"
+        f" ({frequencies} Hz) and a phase ({phases}). The servo command is then 90° × (sin(2π × frequency ×"
+        " time +"
         " phase) + 1).",
-        "The robot carries no sensor for these values: something beside it, such as a camera above the floor that"
-        " sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without it the robot"
+        "The robot carries no sensor for these values: something beside it, such as a camera above the floor"
+        " that"
+        " sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without it"
+        " the robot"
         " keeps the rhythm that it starts with.",
-        f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it begins to"
+        f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
+        " begins to"
         " move.",
-        f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows that.",
+        f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows"
+        " that.",
     ]
 
 
@@ -155,8 +172,6 @@ def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int])
         pen.disc((x, y), 2.4, fill=color)
         pen.text(supply[0] + 5, y - 3, sign, bold=True, size=9, color=color)
     # the common ground, the wire that is forgotten most often
-    pen.path(
-        [(minus, y1 - 10), (board[0] + 40, y1 - 10), (board[0] + 40, bottom)], stroke=MINUS, width=1.6
-    )
+    pen.path([(minus, y1 - 10), (board[0] + 40, y1 - 10), (board[0] + 40, bottom)], stroke=MINUS, width=1.6)
     pen.text(board[0] + 46, bottom + 5, "GND", bold=True)
     pen.text((board[0] + 40 + servos) / 2, y1 - 12.8, "common ground", align="centre", halo=True)
