@@ -118,7 +118,7 @@ def _servo_frame(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rod_frames(morphology: Morphology) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return for each module the servo rod's rotation, its centre (3,) and its nodes (12, 3) in mm, at rest."""
+    """Return for each module the servo rod's rotation, centre (3,) and nodes (12, 3) at rest, in mm."""
     robot = build_robot(morphology, Physics(), gravity=False)
     data = mujoco.MjData(robot.model)
     data.ctrl[:] = 1.0

@@ -227,8 +227,8 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     diameter=design.section.width,
                     mass=materials.cable.density * design.section.area * cut,
                     source=materials.cable_source,
-                    note=f"{materials.cable.material}; {_milli(design.path)} mm from knot to knot unstretched;"
-                    f" modules {_list(modules)}",
+                    note=f"{materials.cable.material}; {_milli(design.path)} mm from knot to knot"
+                    f" unstretched; modules {_list(modules)}",
                 )
             )
     reach = 0.1
@@ -246,9 +246,10 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                 diameter=materials.line.diameter,
                 mass=materials.line.linear_density * length,
                 source=Source.ASSUMED,
-                note=f"{materials.line.material}, in series with {materials.line.elastic}; from the guide's ball"
-                f" to node {node} {_milli(float(released))} mm at command 0 and {_milli(float(contracted))} mm"
-                f" at command 180; groove radius {radii[k]:.2f} mm (off the simulated table by at most"
+                note=f"{materials.line.material}, in series with {materials.line.elastic}; from the guide's"
+                f" ball to node {node} {_milli(float(released))} mm at command 0 and"
+                f" {_milli(float(contracted))} mm at command 180; groove radius {radii[k]:.2f} mm (off the"
+                f" simulated table by at most"
                 f" {errors[k]:.1f} mm); {1e3 * reach:g} mm are for drum and knots",
             )
         )
@@ -267,6 +268,7 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
             groups = [("passive cables", p.quantity)]
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
+        where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""
         material = materials.cable.material if p.flexible else materials.plastic.material
         result += [
             Part(
@@ -275,7 +277,7 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
                 quantity=quantity,
                 mass=p.mass,
                 source=Source.ASSUMED,
-                note=f"printed, {material}; {p.note}",
+                note=f"printed, {material}; {p.note}{where}",
             )
             for group, quantity in groups
         ]

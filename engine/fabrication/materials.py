@@ -24,7 +24,7 @@ PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
 
 MIN_TAIL: Final = 0.006
 """The shortest cap that holds a rod, in m: a cable lies along its rod at least this far."""
-MAX_TAIL: Final = 0.028
+MAX_TAIL: Final = 0.026
 """The longest cap that leaves room for the servo's mount between two of them, in m."""
 CAP_TIP: Final = 0.0015
 """Solid end of a cap between the end of its rod and the plane in which the cables leave, in m."""

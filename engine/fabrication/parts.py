@@ -27,6 +27,8 @@ from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net, module_net
 from engine.fabrication.pull_test import Coupon, coupon
 from engine.morphology import Morphology
 
+CORNER_AREA: Final = 0.1
+"""What a disc cannot reach of a sharp corner, in mm2: less than this is no thin wall."""
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
 EYELET_THICKNESS: Final = 1.2
 """Of the net's rings, in mm; thicker than the cables, so that they grip."""
@@ -47,13 +49,14 @@ FLANGE: Final = 0.8
 GROOVE: Final = 1.0
 FLANGE_RISE: Final = 2.4
 """Of the servo's drum: thickness of its flanges, width of its grooves, height of flanges over grooves."""
-SERVO_AXIS: Final = (11.0, 10.5)
-"""Where the servo's shaft lies: along the rod and to its side, in mm from the rod's middle."""
-DRUM_HEIGHT: Final = 8.0
+SERVO_AXIS: Final = (-13.0, -10.5)
+"""Where the servo's shaft lies: along the rod and to its side, in mm from the rod's middle. Of the four
+quarters round the guide it is the one that rods and lines keep away from when the module contracts."""
+DRUM_HEIGHT: Final = 7.0
 """Lower face of the drum above the rod's axis, towards the module's centre, in mm."""
-CLAMP: Final = 8.0
-"""The mount holds the rod this far to both sides of its middle, in mm."""
-PLATE: Final = 3.0
+CLAMP: Final = (-12.0, 8.0)
+"""The mount holds the rod from here to there, in mm from its middle."""
+PLATE: Final = 4.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +71,7 @@ class PrintedPart:
         flexible: whether it is printed of the cables' material; otherwise of ``[plastic]``.
         density: in kg/m3.
         min_wall: what its walls were checked against, in mm.
-        thin_area: largest area in a slice that is thinner than that, in mm2; 0 if there is none.
+        thin_area: largest area in a slice that is thinner than that, in mm2.
         fits: whether it lies inside the printer's bed.
         note: what it is for and how to print it.
     """
@@ -83,6 +86,11 @@ class PrintedPart:
     thin_area: float
     fits: bool
     note: str
+
+    @property
+    def walls_hold(self) -> bool:
+        """Whether no wall is thinner than ``min_wall``; a corner's tip does not count."""
+        return self.thin_area <= CORNER_AREA
 
     @property
     def volume(self) -> float:
@@ -145,6 +153,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             materials,
             "on the middle of each servo rod; holds the servo and guides its five lines; print it on its"
             " plate, the guide up",
+            # where a slanting hole leaves a ball its rim is sharp, which is no thin wall
+            walls=_laid(_mount_blank(materials.servo, materials.printer)),
         ),
         _part(
             "servo_drum",
@@ -152,7 +162,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             everywhere,
             servo_drum(materials.servo),
             materials,
-            "the servo's arm: five grooves that wind the internal cables",
+            "the servo's arm: five grooves that wind the internal cables while it turns counter-clockwise,"
+            " seen from above; print it wide end down",
         ),
     ]
     if n > 1:
@@ -191,6 +202,7 @@ def _part(
     note: str,
     *,
     flexible: bool = False,
+    walls: Manifold | None = None,
 ) -> PrintedPart:
     printer = materials.printer
     wall = 1e3 * (printer.nozzle if flexible else printer.min_wall)
@@ -208,7 +220,7 @@ def _part(
         flexible=flexible,
         density=density,
         min_wall=wall,
-        thin_area=solids.thin_area(solid, wall),
+        thin_area=solids.thin_area(walls or solid, wall),
         fits=all(s <= 1e3 * b + 1e-6 for s, b in zip(size, bed, strict=True)),
         note=note,
     )
@@ -289,8 +301,12 @@ def cap(design: CableDesign, printer: Printer) -> Manifold:
 
 
 def notch_width(design: CableDesign) -> float:
-    """Return the width of a cap's notches in mm: the cable and some air."""
-    return max(1.0, 1e3 * min(design.section.width, design.section.thickness) + 0.4)
+    """Return the width of a cap's notches in mm: the stretched cable and some air.
+
+    Rubber keeps its volume, so a section shrinks by 1 + strain.
+    """
+    thin = min(design.section.width, design.section.thickness) / (1 + design.strain_assembled) ** 0.5
+    return max(1.0, 1e3 * thin + 0.2)
 
 
 def link() -> Manifold:
@@ -303,7 +319,7 @@ def link() -> Manifold:
 
 
 def groove_radii(motor: ServoMotor) -> np.ndarray:
-    """Return (5,) radii in mm that wind each internal cable's whole stroke, in the order of ``SERVO_NODES``."""
+    """Return (5,) radii in mm that wind each internal cable's whole stroke, as ``SERVO_NODES``."""
     stroke = 1e3 * (servo.TARGET_LENGTHS[0] - servo.TARGET_LENGTHS[-1])
     return stroke / np.radians(motor.travel)
 
@@ -346,8 +362,8 @@ def servo_drum(motor: ServoMotor) -> Manifold:
     return body - bore
 
 
-def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
-    """Return the servo's mount in the rod's frame: x to the module's centre, y along the rod."""
+def _mount_blank(motor: ServoMotor, printer: Printer) -> Manifold:
+    """Return the mount before the guide's ball is drilled."""
     bore = (ROD_DIAMETER + 1e3 * printer.clearance) / 2
     gap = 1e3 * printer.clearance
     y0, z0 = body_centre(motor)
@@ -364,14 +380,18 @@ def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
     for side in (-1, 1):
         y = y0 + side * 500 * motor.screw_spacing
         plate = plate - solids.bar((low - 1, y, z0), (high + 1, y, z0), 0.8)
-    web = solids.box((low, -CLAMP, 0.0), (high, CLAMP, z0 - half_width))
-    tube = solids.bar((0, -CLAMP, 0), (0, CLAMP, 0), bore + 1.6, segments=solids.SEGMENTS)
+    web = solids.box((low, CLAMP[0], z0 + half_width), (high, CLAMP[1], 0.0))
+    tube = solids.bar((0, CLAMP[0], 0), (0, CLAMP[1], 0), bore + 1.6, segments=solids.SEGMENTS)
     point = guide_point()
     arm = solids.box((0.0, -2.0, -2.0), (point[0] - 2.0, 2.0, 2.0))
     ball = Manifold.sphere(1e3 * t.ACTUATOR_RADIUS, 32).translate((point[0], point[1], point[2]))
     body = plate + web + tube + arm + ball
-    rod = solids.bar((0, -50, 0), (0, 50, 0), bore, segments=solids.SEGMENTS)
-    body = body - rod
+    return body - solids.bar((0, -50, 0), (0, 50, 0), bore, segments=solids.SEGMENTS)
+
+
+def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
+    """Return the servo's mount in the rod's frame: x to the module's centre, y along the rod."""
+    body, point = _mount_blank(motor, printer), guide_point()
     for node in t.SERVO_NODES:
         body = body - solids.bar(point, point + 10 * _direction(node), 0.6)
     body = body - Manifold.sphere(1.2, 16).translate((point[0], point[1], point[2]))

@@ -12,6 +12,7 @@ from shapely.geometry import MultiPolygon, Polygon
 
 SEGMENTS: Final = 48
 """Sides of a circle."""
+_GRID: Final = 1e-4
 
 
 def cylinder(radius: float, low: float, high: float, *, segments: int = SEGMENTS) -> Manifold:
@@ -25,7 +26,9 @@ def box(low: Sequence[float], high: Sequence[float]) -> Manifold:
     return Manifold.cube((size[0], size[1], size[2])).translate((float(low[0]), float(low[1]), float(low[2])))
 
 
-def bar(a: Sequence[float], b: Sequence[float], radius: float, *, segments: int = 16) -> Manifold:
+def bar(
+    a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray, radius: float, *, segments: int = 16
+) -> Manifold:
     """Return a round bar from a point to another, in mm."""
     start, axis = np.asarray(a, float), np.subtract(b, a).astype(float)
     length = float(np.linalg.norm(axis))
@@ -58,22 +61,30 @@ def _rings(shape: Polygon | MultiPolygon) -> list[np.ndarray]:
 
 
 def triangles(solid: Manifold) -> tuple[np.ndarray, np.ndarray]:
-    """Return (V, 3) vertices in mm and (T, 3) triangles, in an order that depends on the shape alone."""
-    mesh = solid.to_mesh64()
-    vertices = np.asarray(mesh.vert_properties, float)[:, :3]
-    # what files hold is rounded here, once, so that every format has the same vertices
-    vertices = np.round(vertices, 5) + 0.0
-    return vertices, np.asarray(mesh.tri_verts, np.int64)
+    """Return (V, 3) vertices in mm and (T, 3) triangles of a closed surface, as every file holds them.
+
+    Vertices lie on a grid of 0.1 um, which single precision still tells apart on the largest bed; what is
+    finer than ten times that is taken out first, or vertices would fall together and tear the surface.
+    """
+    mesh = solid.simplify(10 * _GRID).to_mesh64()
+    vertices = np.round(np.asarray(mesh.vert_properties, float)[:, :3] / _GRID) * _GRID + 0.0
+    faces = np.asarray(mesh.tri_verts, np.int64)
+    # a sliver narrower than the grid is a line by now
+    vertices, index = np.unique(vertices.astype(np.float32), axis=0, return_inverse=True)
+    faces = index.reshape(-1)[faces]
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return vertices.astype(float), faces[whole]
 
 
-def thin_area(solid: Manifold, wall: float, *, slices: int = 24) -> float:
-    """Return the largest area in mm2, over horizontal slices, that is thinner than a wall.
+def thin_area(solid: Manifold, wall: float) -> float:
+    """Return the largest area in mm2, over slices about 1 mm apart, that is thinner than a wall.
 
     Thin is what a disc of the wall's diameter cannot reach (morphological opening of the slice). Corners
     and crescents that are left over by the disc's roundness alone, less than a sixth of the wall deep, do
     not count.
     """
     low, high = solid.bounding_box()[2], solid.bounding_box()[5]
+    slices = int(np.clip(high - low, 4, 24))
     worst = 0.0
     for k in range(slices):
         section = solid.slice(low + (high - low) * (k + 0.5) / slices)
@@ -84,7 +95,7 @@ def thin_area(solid: Manifold, wall: float, *, slices: int = 24) -> float:
 
 
 def _offset(section: CrossSection, distance: float) -> CrossSection:
-    return section.offset(distance, manifold3d.JoinType.Round, 2.0, SEGMENTS)
+    return section.offset(distance, manifold3d.JoinType.Round, 2.0, 16)
 
 
 def extent(solid: Manifold) -> tuple[float, float, float]:

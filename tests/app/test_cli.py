@@ -78,16 +78,17 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
     where = ("--archive", "grid", "--cell", ",".join(map(str, cell)))
     status, _, err = tensatlas("export", "a.tsmr", *where, "--out", "robot")
     assert (status, f"robot {number}" in err) == (0, True)
-    # 24 passive cables per module, those of each stiffness on a line of their own
+    # the cables of a module are one net, those of each stiffness on a line of their own
     with open("robot/bill_of_materials.csv", newline="") as f:
-        cables = [row for row in csv.DictReader(f) if row["part"] == "passive cable"]
-    assert sum(int(row["quantity"]) for row in cables) == 24 * body.n_modules
-    assert len(cables) == len(set(body.stiffness_levels))
-    for row, level in zip(cables, sorted(set(body.stiffness_levels)), strict=True):
-        assert f"stiffness {11.52 * level:.2f} N/m" in row["note"]
+        nets = [row for row in csv.DictReader(f) if row["part"].startswith("net")]
+    levels = sorted(set(body.stiffness_levels))
+    assert [row["part"] for row in nets] == [f"net_stiffness_{level / 10:.1f}" for level in levels]
+    for row, level in zip(nets, levels, strict=True):
         modules = [i for i, own in enumerate(body.stiffness_levels) if own == level]
-        assert int(row["quantity"]) == 24 * len(modules)
-        assert len(modules) == body.n_modules or f"modules {', '.join(map(str, modules))};" in row["note"]
+        assert int(row["quantity"]) == len(modules)
+        assert len(modules) == body.n_modules or row["note"].endswith(
+            f"; modules {', '.join(map(str, modules))}"
+        )
     assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
     status, out, _ = tensatlas("verify", "a.tsmr", *where, "--seeds", 1, "--workers", 1)
     assert (status, f"stiffness {body.stiffness_text}" in out) == (0, True)

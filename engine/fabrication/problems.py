@@ -1,0 +1,87 @@
+"""Everything about a robot that cannot be made or would not work as asked, with what would."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from engine import tensegrity as t
+from engine.fabrication.assembly import servo_clearance
+from engine.fabrication.cables import Problem, cable_problems, design_cables
+from engine.fabrication.materials import Materials
+from engine.fabrication.net import LAYOUTS, lay_out
+from engine.fabrication.parts import printed_parts, required_torque
+from engine.morphology import Morphology
+
+LEAST_GAP: Final = 0.5
+"""Between a servo and the module's other rods, in mm."""
+
+
+def problems(morphology: Morphology, materials: Materials) -> tuple[Problem, ...]:
+    """Return all problems of a robot: cables first, then parts, then the servo; empty if all is well."""
+    return (
+        *cable_problems(morphology, materials),
+        *_parts(morphology, materials),
+        *_servo(morphology, materials),
+    )
+
+
+def _parts(morphology: Morphology, materials: Materials) -> list[Problem]:
+    printer = materials.printer
+    found = []
+    for part in printed_parts(morphology, materials):
+        x, y, z = (1e3 * s for s in part.size)
+        if not part.fits:
+            proposals = [f"a printer with a bed of at least {x:.0f} x {y:.0f} x {max(z, 1):.0f} mm"]
+            if part.name.startswith("net"):
+                design = design_cables(morphology, materials)[part.modules[0]]
+                sizes = {name: lay_out(name, design.path, printer).size for name in LAYOUTS}
+                proposals = [
+                    f"a printer with a bed of at least {1e3 * a:.0f} x {1e3 * b:.0f} mm"
+                    for a, b in sizes.values()
+                ]
+            found.append(
+                Problem(
+                    modules=part.modules,
+                    text=f"{part.name} is {x:.0f} x {y:.0f} x {z:.0f} mm and does not fit the bed of"
+                    f" {1e3 * printer.bed_x:.0f} x {1e3 * printer.bed_y:.0f} x {1e3 * printer.bed_z:.0f} mm.",
+                    proposals=tuple(proposals),
+                )
+            )
+        if not part.walls_hold:
+            found.append(
+                Problem(
+                    modules=part.modules,
+                    text=f"{part.name} has walls thinner than {part.min_wall:g} mm.",
+                    proposals=("a finer nozzle and a smaller min_wall_mm in [printer]",),
+                )
+            )
+    return found
+
+
+def _servo(morphology: Morphology, materials: Materials) -> list[Problem]:
+    motor = materials.servo
+    everywhere = tuple(range(morphology.n_modules))
+    found = []
+    torque = required_torque(motor)
+    if torque > motor.torque:
+        found.append(
+            Problem(
+                modules=everywhere,
+                text=f"{motor.model} gives {motor.torque:g} N m; the internal cables ask for"
+                f" {torque:.3f} N m.",
+                proposals=(f"a servo of at least {torque:.3f} N m",),
+            )
+        )
+    for level in sorted(set(morphology.stiffness_levels)):
+        gap = servo_clearance(level, materials)
+        if gap < LEAST_GAP:
+            modules = tuple(i for i, other in enumerate(morphology.stiffness_levels) if other == level)
+            found.append(
+                Problem(
+                    modules=modules,
+                    text=f"At stiffness {level / t.N_STIFFNESS_LEVELS:.1f} {motor.model} on its mount comes"
+                    f" closer than {LEAST_GAP:g} mm to another rod when the module contracts.",
+                    proposals=("a smaller servo",),
+                )
+            )
+    return found
