@@ -11,17 +11,25 @@ from pathlib import Path
 import viser
 
 from app.clicks import ClickChannel
+from app.color_controls import ColorControls, ColorWish
 from app.run_picker import RunPicker
-from app.widgets import put, put_html, side_by_side
+from app.widgets import in_a_row, put, put_html
 from engine.archive import Cell
 from engine.reader import Generation, RunReader
-from viz import trend
+from viz import keyboard, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture
 from viz.pointer import ENLARGE, INSTALL
 from viz.run_list import RunFacts, State, state_markup
 
 WIDTH = 430
+KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
+PLAY_HINT = "Run through the generations, from the first one if the last is shown"
+KEYS_STYLE = (
+    "<style>.ta-keys,.ta-picture:has(.ta-map:focus-visible) .ta-figures{display:none}"
+    ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
+)
+"""A map with the keyboard's focus says what the keys do."""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -34,7 +42,9 @@ class Events:
     generation_chosen: Callable[[int], None]
     cell_clicked: Callable[[str, Cell], None]
     layout_chosen: Callable[[str], None]
-    coloring_chosen: Callable[[str], None]
+    colors_changed: Callable[[ColorWish], None]
+    growth_played: Callable[[], None]
+    space_pressed: Callable[[], None]
 
 
 class ArchivesPanel:
@@ -51,13 +61,14 @@ class ArchivesPanel:
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""
         with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
-            self._picker = RunPicker(gui, facts, events.run_chosen)
+            self.picker = RunPicker(gui, facts, events.run_chosen)
+            """The list of runs."""
             self._status = gui.add_html("")
             self._notice = gui.add_html("")
             self._layout = gui.add_dropdown(
                 "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
             )
-            self._coloring = gui.add_dropdown("Colour", ("-",), hint="What the colours of the maps stand for")
+            self._colors = ColorControls(gui, events.colors_changed)
             self._handler = ClickChannel(gui, events.cell_clicked).handler
             self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
             self._rings = gui.add_html("")
@@ -70,8 +81,18 @@ class ArchivesPanel:
                 disabled=True,
                 hint="Look at the maps as they were; the last generation follows a live run",
             )
+            self._play = gui.add_button(
+                "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
+            )
             self._trend = gui.add_html("")
-            gui.add_html(INSTALL + side_by_side(self._layout, self._coloring))
+            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
+            gui.add_html(
+                KEYS_STYLE
+                + INSTALL
+                + keyboard.INSTALL
+                + keyboard.render_key("space", "key-space", keys.handler)
+                + in_a_row((self._slider, 78), (self._play, 22))
+            )
         panel.dock_left()
         panel.set_width(WIDTH)
 
@@ -80,10 +101,9 @@ class ArchivesPanel:
             if event.client is not None:
                 events.layout_chosen(str(event.target.value))
 
-        @self._coloring.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                events.coloring_chosen(str(event.target.value))
+        @self._play.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            events.growth_played()
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -94,14 +114,14 @@ class ArchivesPanel:
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
         """List the runs on offer."""
-        self._picker.offer(paths, chosen)
+        self.picker.offer(paths, chosen)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""
         self._status.content = f'<div class="ta-status" style="padding:6px 10px">{message}</div>'
         self._clear()
         self.show_changes(())
-        self._slider.disabled = True
+        self._slider.disabled = self._play.disabled = True
 
     def show_status(
         self, reader: RunReader, generation: Generation | None, n: int, *, live: bool, complete: bool
@@ -145,17 +165,16 @@ class ArchivesPanel:
         self, layouts: Sequence[str], layout: str, colorings: Sequence[str], coloring: str
     ) -> None:
         """List the ways to draw the run's maps and to colour them."""
-        for widget, options, value in (
-            (self._layout, layouts, layout),
-            (self._coloring, colorings, coloring),
-        ):
-            if tuple(options) != tuple(widget.options):
-                widget.options = tuple(options)
-            put(widget, value)
+        if tuple(layouts) != tuple(self._layout.options):
+            self._layout.options = tuple(layouts)
+        put(self._layout, layout)
+        self._colors.offer(colorings, coloring)
         self._layout.visible = len(layouts) > 1
 
     def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
         """Draw the maps of a generation, each with the mark of the chosen robot, if it has one."""
+        lengths = [p.scale for p in pictures if p.scale.title.startswith("f_s")]
+        self._colors.show_limits((lengths[0].low, lengths[0].high) if lengths else None)
         drawn = [self._draw(p, r) for p, r in zip(pictures, rings, strict=True)]
         drawn = drawn or [
             '<div style="padding:24px 10px;opacity:.8">Archives of two to four axes can be drawn;'
@@ -166,15 +185,19 @@ class ArchivesPanel:
         put_html(self._rings, "".join(p.ring_style(r) for p, r in zip(pictures, rings, strict=True)))
 
     def show_trend(self, generations: Sequence[Generation], shown: int) -> None:
-        """Draw the trend and put the slider at the shown generation."""
-        archives = generations[-1].archives
-        name = "morphology" if "morphology" in archives else next(iter(archives), "morphology")
-        self._trend.content = f'<div style="padding:0 10px">{trend.render(generations, name, shown)}</div>'
+        """Draw the trends and put the slider at the shown generation."""
+        drawn = trend.render(generations, shown)
+        put_html(self._trend, f'<div style="padding:0 10px;max-width:420px">{drawn}</div>')
         last = generations[-1].number
         if self._slider.max != max(last, 1):
             self._slider.max = max(last, 1)
-        self._slider.disabled = last == 0
+        self._slider.disabled = self._play.disabled = last == 0
         put(self._slider, shown)
+
+    def show_growth_playing(self, playing: bool) -> None:
+        """Let the button by the slider stop what plays, or play."""
+        self._play.label = "Stop" if playing else "Grow"
+        self._play.icon = viser.Icon.PLAYER_STOP if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: Picture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""
@@ -182,7 +205,8 @@ class ArchivesPanel:
             '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
             'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
             f"{html.escape(picture.title)}</b>"
-            f'<span style="font-size:11.5px;opacity:.75">{html.escape(picture.figures)}</span>{enlarge}</div>'
+            f'<span class="ta-figures" style="font-size:11.5px;opacity:.8">{html.escape(picture.figures)}'
+            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
             f'<div style="max-width:410px">{picture.render(ring, self._handler)}</div></div>'
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 import time
 from collections.abc import Sequence
 
@@ -11,14 +12,13 @@ import trimesh
 import viser
 from scipy.spatial.transform import Rotation
 
+from app.marks import MarkLayer, Marks
 from engine.replay import Playable
 from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
 from viz import theme
 from viz.robot_geometry import ROD_DRAWN_RADIUS, RobotGeometry
 
-TRAIL_STEP = 5
-"""Frames between two points of the trail."""
 TARGET_RADIUS = 0.02
 TARGET_HEIGHT = 0.06
 WALL_OPACITY = 0.22
@@ -37,6 +37,8 @@ EYE = np.array([-0.55, -0.9, 0.75])
 """Where the camera is, for a size of 1 m, relative to what it looks at."""
 EYE_BEHIND = np.array([-0.8, -0.35, 0.95])
 """The same with the way to the target along x."""
+COLOR_STEP = 3
+"""Frames between two colours of the cables: they change slowly, and are a seventh of what a frame takes."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 
@@ -54,9 +56,14 @@ class Arena:
         self._replay: Playable | None = None
         self._geometry: RobotGeometry | None = None
         self._handles: list[viser.SceneNodeHandle] = []
+        self._layer: MarkLayer | None = None
+        self._drawing = threading.Lock()
         self._has_target = False
         self._placed: tuple[np.ndarray, float, float] | None = None
         self.follow = True
+        self.marks = Marks()
+        """Which marks the next frame has."""
+        self._colored: tuple[int, bool] = (0, True)
         self._scene.set_up_direction("+z")
         self._scene.add_grid(
             "/ground",
@@ -70,6 +77,7 @@ class Arena:
             fade_distance=3.0,
             shadow_opacity=0.35,
         )
+        client.camera.on_update(lambda _camera: self._face())
 
     def look_at(self, centre: np.ndarray, size: float, eye: np.ndarray = EYE) -> None:
         """Look at a point of the ground from a distance that shows so many metres around it.
@@ -90,39 +98,62 @@ class Arena:
 
     def show(self, replay: Playable, index: int) -> None:
         """Draw a frame of a replay; another replay than the last one replaces the robot."""
-        frame = replay.frames[index]
+        with self._drawing:
+            self._show(replay, index)
+
+    def clear(self) -> None:
+        """Remove the robot."""
+        with self._drawing:
+            self._clear()
+
+    def _show(self, replay: Playable, index: int) -> None:
+        frame, marks = replay.frames[index], self.marks
         if replay is not self._replay:
             self._begin(replay, frame.pose)
         assert self._geometry is not None
-        drawing = self._geometry.draw(frame.pose, frame.lengths)
-        trail = self._trail(replay, index)
+        assert self._layer is not None
+        drawing = self._geometry.draw(frame.pose, frame.lengths, tension=marks.tension)
         centre = frame.pose[..., :3].mean(axis=(0, 1))
         if not self._has_target and replay.target is not None:
             self._add_target(replay.target)
             self._add_walls(replay.walls)
             self._frame(centre[:2], replay.target, among_walls=bool(replay.walls))
+        colored = (index // COLOR_STEP if marks.tension else 0, marks.tension)
         with self._client.atomic():
             self._rods.batched_positions = drawing.rod_positions
             self._rods.batched_wxyzs = drawing.rod_turns
             self._nodes.batched_positions = drawing.nodes
             self._cables.points = drawing.cables
-            self._cables.colors = drawing.cable_colors
-            if trail is not None:
-                self._trail_line.points = trail
+            if colored != self._colored:
+                self._cables.colors = drawing.cable_colors
+            self._layer.show(index, marks, self._facing())
+        self._colored = colored
         if self.follow:
             self._follow(centre)
         else:
             self._followed = centre[:2]
 
-    def clear(self) -> None:
-        """Remove the robot."""
+    def _face(self) -> None:
+        """Keep the numbers of the modules turned to the camera, also while nothing is played."""
+        with self._drawing:
+            if self._layer is not None:
+                self._layer.face(self.marks, self._facing())
+
+    def _facing(self) -> np.ndarray:
+        """Return the (2, 3) directions in the world that are right and up on the screen."""
+        turn = Rotation.from_quat(np.asarray(self._client.camera.wxyz), scalar_first=True)
+        return turn.apply([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+
+    def _clear(self) -> None:
         for handle in self._handles:
             handle.remove()
-        self._handles = []
+        if self._layer is not None:
+            self._layer.remove()
+        self._handles, self._layer = [], None
         self._replay = None
 
     def _begin(self, replay: Playable, pose: np.ndarray) -> None:
-        self.clear()
+        self._clear()
         geometry = RobotGeometry(replay.morphology, replay.head.module)
         drawing = geometry.draw(pose, np.ones((geometry.n_modules, 5)))
         cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
@@ -151,12 +182,10 @@ class Arena:
         self._cables = self._scene.add_line_segments(
             "/robot/cables", drawing.cables, drawing.cable_colors, thickness=0.0012
         )
-        self._trail_line = self._scene.add_line_segments(
-            "/trail", np.zeros((1, 2, 3), dtype=np.float32), theme.TRAIL, thickness=0.003
-        )
-        self._handles = [self._rods, self._nodes, self._cables, self._trail_line]
+        self._handles = [self._rods, self._nodes, self._cables]
+        self._layer = MarkLayer(self._scene, replay)
         self._replay, self._geometry, self._has_target = replay, geometry, False
-        self._trail_index = -1
+        self._colored = (-1, True)
         if replay.target is None:  # what there is already
             self._add_walls(replay.walls)
         self._followed = pose[..., :2].mean(axis=(0, 1))
@@ -209,19 +238,6 @@ class Arena:
             self._handles.append(
                 self._scene.add_line_segments("/walls/edges", points, theme.WALL_EDGE, thickness=0.002)
             )
-
-    def _trail(self, replay: Playable, index: int) -> np.ndarray | None:
-        """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""
-        step = index // TRAIL_STEP
-        if step == self._trail_index:
-            return None
-        self._trail_index = step
-        first = round(-replay.start_time / replay.frame_period)
-        heads = [f.head for f in replay.frames[max(first - 1, 0) : index + 1 : TRAIL_STEP]]
-        if len(heads) < 2:
-            return np.zeros((1, 2, 3), dtype=np.float32)
-        points = np.column_stack([np.array(heads), np.full(len(heads), 0.002)])
-        return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
 
     def _follow(self, centre: np.ndarray) -> None:
         """Move the camera as the robot moves; how the user turned and zoomed it stays."""

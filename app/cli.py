@@ -72,6 +72,7 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Resume, tyro.conf.subcommand("resume")]
         | Annotated[c.Info, tyro.conf.subcommand("info")]
         | Annotated[c.Export, tyro.conf.subcommand("export")]
+        | Annotated[c.Record, tyro.conf.subcommand("record")]
         | Annotated[c.ReplayDump, tyro.conf.subcommand("replay-dump")]
         | Annotated[c.Verify, tyro.conf.subcommand("verify")]
         | Annotated[c.Reevaluate, tyro.conf.subcommand("reevaluate")]
@@ -109,11 +110,11 @@ def _dispatch(command: c.Command, console: Console) -> None:
             # the app's libraries take a second to import; the other commands do without
             from app.explore import explore
 
-            explore(command.run, host=command.host, port=command.port, open_browser=command.browser)
+            explore(command.run, _listening(command), read_only=command.read_only)
         case c.ReplayDump():
             from app.explore import replay_dump
 
-            replay_dump(command.file, host=command.host, port=command.port, open_browser=command.browser)
+            replay_dump(command.file, _listening(command))
         case c.Evolve():
             _work(command.run, command.workers, command.config, console)
         case c.Resume():
@@ -125,6 +126,8 @@ def _dispatch(command: c.Command, console: Console) -> None:
             from app.exporting import export
 
             export(command, console)
+        case c.Record():
+            _record(command, console)
         case c.Verify():
             _verify(command)
         case c.Reevaluate():
@@ -140,6 +143,18 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Project():
             _check_workers(command.workers)
             project(command, console)
+
+
+def _listening(command: c.Explore | c.ReplayDump) -> Any:
+    from app.explore import Listening
+
+    return Listening(
+        host=command.host,
+        port=command.port,
+        token=command.token,
+        origins=command.origin,
+        open_browser=command.browser,
+    )
 
 
 def _work(path: Path, workers: int, config: Any, console: Console) -> None:
@@ -225,6 +240,17 @@ def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
         }
         for name, f in last.archives.items()
     }
+
+
+def _record(command: c.Record, console: Console) -> None:
+    # what draws takes a while to import
+    from app.recording import check, record_elite
+
+    check(command)
+    with RunReader(command.run) as reader:
+        number = find_elite(reader, command.archive, parse_cell(command.cell))
+        record_elite(command, reader, number, console)
+    console.print(f"Wrote robot {number} to {command.out}", markup=False)
 
 
 def _verify(command: c.Verify) -> None:

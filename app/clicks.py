@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import html
 import re
 from collections.abc import Callable
 
 import viser
 
+from app.viser_private import uuid_of
 from app.widgets import selector
 
 _CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
-_SCRIPT = (
-    "var t=event.target.closest('[data-c]');if(t&&event.button===0){"
-    "var e=document.querySelector('label[for=&quot;UUID&quot;]'),i=null;"
-    "while(e&&!(i=e.querySelector('input')))e=e.parentElement;"
-    "Object.getOwnPropertyDescriptor(HTMLInputElement.prototype,'value').set"
-    ".call(i,t.dataset.c+'|'+Date.now());i.dispatchEvent(new Event('input',{bubbles:true}))}"
-)
+
+def sender(uuid: str, value: str) -> str:
+    """Return JavaScript that sets an input as if the user had; it waits for the input to appear.
+
+    Args:
+        uuid: of the input.
+        value: a JavaScript expression; an equal value twice is not noticed.
+    """
+    return (
+        f"var v={value};(function go(n){{var e=document.querySelector('label[for=\"{uuid}\"]'),i=null;"
+        "while(e&&!(i=e.querySelector('input')))e=e.parentElement;"
+        "if(!i){if(n)setTimeout(go,100,n-1);return}"
+        "Object.getOwnPropertyDescriptor(HTMLInputElement.prototype,'value').set"
+        ".call(i,v);i.dispatchEvent(new Event('input',{bubbles:true}))})(99)"
+    )
 
 
 class ClickChannel:
@@ -33,10 +43,12 @@ class ClickChannel:
         self, gui: viser.GuiApi, clicked: Callable[[str, tuple[int, ...]], None], *, label: str = "clicks"
     ) -> None:
         channel = gui.add_text(label, "")
-        uuid = channel._impl.uuid
         # visible=False would take it out of the page
         gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
-        self.handler = _SCRIPT.replace("UUID", uuid)
+        send = sender(uuid_of(channel), "t.dataset.c+'|'+Date.now()")
+        self.handler = html.escape(
+            f"var t=event.target.closest('[data-c]');if(t&&event.button===0){{{send}}}"
+        )
         """JavaScript for ``onpointerdown`` of a picture or ``onclick`` of a button, escaped."""
 
         @channel.on_update

@@ -22,9 +22,15 @@ class Explore:
     run: tyro.conf.Positional[tuple[Path, ...]] = ()
     """Run files or folders to offer, the first one opened."""
     host: str = "127.0.0.1"
-    """Address to listen on. There is no login: anyone who reaches it can start runs."""
+    """Address to listen on. Any other than this machine's own needs a token."""
     port: int = 8080
     """Port to listen on."""
+    token: str | None = None
+    """Secret that the address must carry; also TENSATLAS_TOKEN. Made up if others can reach the app."""
+    origin: tuple[str, ...] = ()
+    """Addresses that a reverse proxy shows the app under, such as https://atlas.example.org."""
+    read_only: bool = False
+    """Let visitors look: no runs, no uploads, few simulations for each."""
     browser: bool = True
     """Open a browser window, where there is a screen."""
 
@@ -91,6 +97,30 @@ class Export:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Record:
+    """Write a replay of one robot as a video, a picture or a page that plays without a server."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
+    cell: str
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    out: Path
+    """File to write: *.mp4, *.png or *.html."""
+    target: int = 0
+    """Target of the trial, from 0."""
+    repeat: int = 0
+    """Noise seed of the trial, from 0, among those the robot was evaluated with."""
+    at: float | None = None
+    """Moment of the picture, in s of the trial; without it the end."""
+    speed: float = 1.0
+    """Seconds of the trial in a second of the video."""
+    light: bool = False
+    """Picture or video on a bright ground."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Verify:
     """Simulate an elite again, with fresh noise and, if asked for, another physics.
 
@@ -123,9 +153,13 @@ class ReplayDump:
     file: tyro.conf.Positional[Path]
     """Failure dump, *.tsdump; a run keeps its own in the folder NAME.failures beside it."""
     host: str = "127.0.0.1"
-    """Address to listen on. There is no login."""
+    """Address to listen on. Any other than this machine's own needs a token."""
     port: int = 8080
     """Port to listen on."""
+    token: str | None = None
+    """Secret that the address must carry; also TENSATLAS_TOKEN. Made up if others can reach the app."""
+    origin: tuple[str, ...] = ()
+    """Addresses that a reverse proxy shows the app under, such as https://atlas.example.org."""
     browser: bool = True
     """Open a browser window, where there is a screen."""
 
@@ -191,5 +225,16 @@ class Reevaluate:
 
 
 Command = (
-    Explore | Evolve | Resume | Info | Export | Verify | ReplayDump | Table | Project | Compare | Reevaluate
+    Explore
+    | Evolve
+    | Resume
+    | Info
+    | Export
+    | Record
+    | Verify
+    | ReplayDump
+    | Table
+    | Project
+    | Compare
+    | Reevaluate
 )

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 import viser
-from viser._gui_handles import GuiModalHandle
 
 from app.clicks import ClickChannel
+from app.viser_private import ModalHandle
 from viz.report import ReportFigure, ReportSection, style
 from viz.report_style import WIDTH
 
@@ -62,7 +62,7 @@ class ComparisonWindow:
     def __init__(self, client: viser.ClientHandle, *, download: Callable[[], None]) -> None:
         self._gui = client.gui
         self._download = download
-        self._modal: GuiModalHandle | None = None
+        self._modal: ModalHandle | None = None
         self._mutex = threading.Lock()
 
     def show(self, title: str, sections: Sequence[ReportSection]) -> None:

@@ -6,6 +6,7 @@ import viser
 
 from app import transport
 from app.arena import Arena
+from app.marks import Marks
 from app.player import Player
 from app.robot_panel import WIDTH, dock
 from engine.dump import Dump
@@ -37,7 +38,11 @@ class DumpSession:
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(trial_chosen=lambda _target, _repeat: None, follow_changed=self._set_follow),
+            transport.Events(
+                trial_chosen=lambda _target, _repeat, _fresh: None,
+                follow_changed=self._set_follow,
+                marks_changed=self._set_marks,
+            ),
             taken=WIDTH,
             step=SLIDER_STEP,
         )
@@ -55,3 +60,7 @@ class DumpSession:
 
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow
+
+    def _set_marks(self, marks: Marks) -> None:
+        self._arena.marks = marks
+        self._player.redraw()

@@ -1,4 +1,9 @@
-"""Runs started from the app: each is a process of its own that outlives the browser and the app."""
+"""Runs started from the app: each is a process of its own that outlives the browser and the app.
+
+To pause is to stop: the process saves what is finished and ends, and ``resume`` goes on as if it had never
+stopped, to the last bit. A process that is only held (``SIGSTOP``) would keep its memory, would be lost with
+the machine, and would look live to everybody. A marker beside the run says that its user meant it.
+"""
 
 from __future__ import annotations
 
@@ -9,32 +14,42 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import typing
 from pathlib import Path
+from typing import Any, Final
 
-from app.library import NEW_RUNS
+from app.library import NEW_RUNS, PAUSED_SUFFIX
 from engine import config
+from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.store import SUFFIX, is_being_written, lock_path
 from engine.tasks import BUILT_IN
 
-START_TIMEOUT = 30.0
+START_TIMEOUT: Final = 30.0
 """Seconds within which a new run must have created its file."""
+MAX_WORKERS: Final = 256
+LOG_LINES: Final = 4
+"""Last lines of a log that are shown."""
+_CLEAN_ENDS: Final = ("Stopped.", "Finished:")
+"""How a log ends if all went well."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class NewRun:
-    """What a user asks for: the name of the run, the fields of its configuration, the threads."""
+    """What a user asks for.
+
+    Attributes:
+        name: of the run.
+        preset: that the command line begins with.
+        config: what decides the outcome.
+        workers: threads that simulate.
+    """
 
     name: str
-    task: str
-    algorithm: str
     preset: str
-    evaluations: int
-    seed: int
+    config: RunConfig
     workers: int
 
 
@@ -49,6 +64,18 @@ def choices(field: str) -> tuple[str, ...]:
     return tuple(map(str, typing.get_args(hint)))
 
 
+def check_name(name: str) -> str:
+    """Return the name of a run file without its suffix.
+
+    Raises:
+        InvalidData: the name is none for a file.
+    """
+    name = name.removesuffix(SUFFIX)
+    if not _NAME.fullmatch(name):
+        raise InvalidData("a run's name has letters, digits, dots, dashes and underscores only")
+    return name
+
+
 def start(new: NewRun) -> Path:
     """Start an evolution and wait until its run file exists.
 
@@ -56,29 +83,26 @@ def start(new: NewRun) -> Path:
         InvalidData: the name is none for a file, or a choice is none of those on offer.
         RunFileError: the run did not start; the message is the command line's.
     """
-    name = new.name.removesuffix(SUFFIX)
-    if not _NAME.fullmatch(name):
-        raise InvalidData("a run's name has letters, digits, dots, dashes and underscores only")
+    name = check_name(new.name)
     # a browser may send anything, and a task may be a file of code
     for what, chosen, offered in (
-        ("task", new.task, choices("task")),
-        ("algorithm", new.algorithm, choices("algorithm")),
+        ("task", new.config.task, choices("task")),
         ("preset", new.preset, tuple(config.PRESETS)),
     ):
         if chosen not in offered:
             raise InvalidData(f"there is no {what} {chosen!r}; choose from {', '.join(offered)}")
+    if not 1 <= new.workers <= MAX_WORKERS:
+        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {new.workers}")
     path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
-    flags = {
-        "preset": new.preset,
-        "task": new.task,
-        "algorithm": new.algorithm,
-        "evaluations": new.evaluations,
-        "initial": min(config.preset(new.preset).initial, new.evaluations),
-        "seed": new.seed,
-        "workers": new.workers,
-    }
-    arguments = [part for flag, value in flags.items() for part in (f"--{flag}", str(value))]
-    return _launch(path, ["evolve", str(path), *arguments], must_be_new=True)
+    if path.exists():
+        raise RunFileError(f"{path.name} exists already; choose another name")
+    return _launch(path, ["evolve", str(path), *flags(new)])
+
+
+def flags(new: NewRun) -> list[str]:
+    """Return the command line's flags of a run: the preset, and where its configuration differs."""
+    differing = _differing(new.config, config.preset(new.preset))
+    return ["--preset", new.preset, "--workers", str(new.workers), *differing]
 
 
 def resume(path: Path, *, workers: int) -> Path:
@@ -87,7 +111,17 @@ def resume(path: Path, *, workers: int) -> Path:
     Raises:
         RunFileError: it did not start.
     """
-    return _launch(path, ["resume", str(path), "--workers", str(workers)], must_be_new=False)
+    if is_being_written(path):
+        raise RunFileError(f"{path.name} is running already")
+    marker = paused_path(path)
+    was_paused = marker.exists()
+    marker.unlink(missing_ok=True)
+    try:
+        return _launch(path, ["resume", str(path), "--workers", str(workers)])
+    except RunFileError:
+        if was_paused:
+            _mark(marker)
+        raise
 
 
 def stop(path: Path) -> None:
@@ -99,33 +133,109 @@ def stop(path: Path) -> None:
     if not is_being_written(path):
         raise RunFileError(f"{path.name} is not running")
     try:
-        pid = int(lock_path(path).read_text())
-        os.kill(pid, signal.SIGTERM)
+        os.kill(writer(path), signal.SIGTERM)
     except (OSError, ValueError):
         raise RunFileError(f"{path.name} could not be stopped from here") from None
 
 
-def _launch(path: Path, arguments: list[str], *, must_be_new: bool) -> Path:
-    if must_be_new and path.exists():
-        raise RunFileError(f"{path.name} exists already; choose another name")
-    with tempfile.TemporaryFile() as errors:
+def writer(path: Path) -> int:
+    """Return the process that writes a run, or wrote it last.
+
+    Raises:
+        OSError, ValueError: there is no such lock.
+    """
+    return int(lock_path(path).read_text())
+
+
+def pause(path: Path) -> None:
+    """Stop a run with the intention to go on later.
+
+    Raises:
+        RunFileError: no process is writing the run.
+    """
+    stop(path)
+    _mark(paused_path(path))
+
+
+def paused_path(path: Path) -> Path:
+    """Return the marker of a run that its user has paused."""
+    return path.with_name(path.name + PAUSED_SUFFIX)
+
+
+def log_path(path: Path) -> Path:
+    """Return where a run that the app started says how it goes."""
+    return path.with_suffix(".log")
+
+
+def last_words(path: Path) -> tuple[str, ...] | None:
+    """Return the last lines of the log of a run that ended other than it should; None if it did not.
+
+    Empty if there is nothing to read: the process was killed, or its run was not started from the app.
+    """
+    log = log_path(path)
+    if is_being_written(path) or paused_path(path).exists() or not log.exists():
+        return None
+    try:
+        with open(log, "rb") as f:
+            f.seek(max(0, log.stat().st_size - 8000))
+            text = f.read().decode(errors="replace")
+    except OSError:
+        return None
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if lines and lines[-1].startswith(_CLEAN_ENDS):
+        return None
+    return tuple(lines[-LOG_LINES:])
+
+
+def _mark(marker: Path) -> None:
+    with contextlib.suppress(OSError):  # it only decides what the run is called
+        marker.touch()
+
+
+def _differing(value: Any, base: Any, prefix: str = "--") -> list[str]:
+    parts: list[str] = []
+    for field in dataclasses.fields(value):
+        mine, theirs = getattr(value, field.name), getattr(base, field.name)
+        flag = prefix + field.name.replace("_", "-")
+        if dataclasses.is_dataclass(mine):
+            parts += _differing(mine, theirs, f"{flag}.")
+        elif mine != theirs:
+            parts += [flag, *map(str, mine)] if isinstance(mine, tuple) else [flag, str(mine)]
+    return parts
+
+
+def _launch(path: Path, arguments: list[str]) -> Path:
+    """Start a process that writes a run; its log goes on beside it.
+
+    Raises:
+        RunFileError: it ended, or did not begin to write in time.
+    """
+    log = log_path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        output = open(log, "ab")  # noqa: SIM115
+    except OSError as e:
+        raise RunFileError(f"{log} cannot be written: {e.strerror}") from None
+    with output:
+        begin = output.tell()
         process = subprocess.Popen(
             [sys.executable, "-m", "app", *arguments],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=errors,
+            stdout=output,
+            stderr=output,
             start_new_session=True,
         )
-        deadline = time.monotonic() + START_TIMEOUT
-        while time.monotonic() < deadline:
-            if process.poll() is not None and process.returncode != 0:
-                errors.seek(0)
-                lines = errors.read().decode(errors="replace").strip().splitlines()
-                reason = lines[-1].removeprefix("tensatlas: ") if lines else "it ended at once"
-                raise RunFileError(reason)
-            if path.exists() and (process.poll() is not None or is_being_written(path)):
-                return path
-            time.sleep(0.05)
+    deadline = time.monotonic() + START_TIMEOUT
+    while time.monotonic() < deadline:
+        if process.poll() is not None and process.returncode != 0:
+            lines = log.read_bytes()[begin:].decode(errors="replace").strip().splitlines()
+            if not path.exists():
+                log.unlink(missing_ok=True)
+            reason = lines[-1].removeprefix("tensatlas: ") if lines else "it ended at once"
+            raise RunFileError(reason)
+        if path.exists() and (process.poll() is not None or is_being_written(path)):
+            return path
+        time.sleep(0.05)
     with contextlib.suppress(OSError):
         process.terminate()
     raise RunFileError(f"{path.name} did not start within {START_TIMEOUT:.0f} s")

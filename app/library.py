@@ -10,27 +10,49 @@ from pathlib import Path
 
 from engine.errors import RunFileError, TensAtlasError
 from engine.reader import RunReader
+from engine.robustness import robust_stamp
 from engine.store import SUFFIX
-from viz.run_list import RunFacts
+from viz.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)
 
-POLL_INTERVAL = 0.4
+POLL_INTERVAL = 0.25
 """Seconds between two looks at the shown runs."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parent.parent / "saved_archives"
 NEW_RUNS = Path("runs")
+UPLOADS = NEW_RUNS / "uploads"
+"""Where the files lie that browsers brought."""
+PAUSED_SUFFIX = ".paused"
+"""Ending of the marker beside a run that its user has paused."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class RunStatus:
-    """How far a run is: what a watcher compares."""
+    """How far a run is: what a watcher compares.
+
+    Attributes:
+        generation: number of the last closed one.
+        n_evaluations: that are saved.
+        live: whether it is being written.
+        robust: changes with what ``tensatlas reevaluate`` has found; None for nothing.
+    """
 
     generation: int | None
     n_evaluations: int
     live: bool
+    robust: tuple[int, int] | None = None
 
 
 Listener = Callable[[Path, RunStatus], None]
+
+
+def run_state(path: Path, *, live: bool, complete: bool) -> State:
+    """Return what is said of a run: whether somebody works on it, and if not, why."""
+    if live:
+        return "live"
+    if complete:
+        return "finished"
+    return "paused" if path.with_name(path.name + PAUSED_SUFFIX).exists() else "stopped"
 
 
 class Library:
@@ -66,8 +88,9 @@ class Library:
                 found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
             elif place.is_file():
                 found[place] = None
-        if NEW_RUNS.is_dir():
-            found |= dict.fromkeys(sorted(p for p in NEW_RUNS.iterdir() if p.suffix == SUFFIX))
+        for place in (NEW_RUNS, UPLOADS):
+            if place.is_dir():
+                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
         return list(dict.fromkeys(p.resolve() for p in found))
 
     def reader(self, path: Path) -> RunReader:
@@ -97,7 +120,7 @@ class Library:
             RunFileError, TaskError: it cannot be read.
         """
         reader = self.reader(path)
-        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live)
+        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live, robust_stamp(path))
 
     def facts(self, path: Path) -> RunFacts:
         """Return what a list of runs says of one: as of its last generation, which costs little to read."""
@@ -113,7 +136,8 @@ class Library:
             algorithm=reader.config.algorithm,
             n_evaluations=n,
             best=max(best, default=None),
-            state="live" if live else "finished" if n >= budget else "stopped",
+            date=reader.created_at[:10],
+            state=run_state(path, live=live, complete=n >= budget),
         )
 
     def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:

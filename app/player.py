@@ -22,11 +22,18 @@ class Player:
         show: called with the replay, the frame and the time whenever another frame is due; on the
             player's own thread.
         changed: called when playing stops or starts by itself.
+        may_simulate: asked before so many seconds of a robot's time are simulated.
     """
 
-    def __init__(self, show: Callable[[Playable, int], None], changed: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        show: Callable[[Playable, int], None],
+        changed: Callable[[], None],
+        may_simulate: Callable[[float], bool] = lambda _seconds: True,
+    ) -> None:
         self._show = show
         self._changed = changed
+        self._may_simulate = may_simulate
         self._mutex = threading.Lock()
         self._wake = threading.Event()
         self._closed = False
@@ -47,6 +54,8 @@ class Player:
 
     def load(self, replay: Playable) -> None:
         """Play another replay from its first frame."""
+        if not self._may_simulate(replay.end_time - replay.start_time):
+            return
         with self._mutex:
             if self._closed:
                 return
@@ -90,8 +99,16 @@ class Player:
                 self.time = min(max(moment, self._replay.start_time), self.until)
         self._wake.set()
 
+    def redraw(self) -> None:
+        """Show the present frame again: how it is drawn has changed."""
+        with self._mutex:
+            self._shown = None
+        self._wake.set()
+
     def extend(self, seconds: float) -> None:
         """Simulate and play past the evaluated end."""
+        if not self._may_simulate(seconds):
+            return
         with self._mutex:
             replay = self._replay
             if replay is None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import viser
 
+from app.lineage_panel import LineagePanel
+from app.live_panel import LivePanel
 from engine.config import RunConfig
 from engine.evaluation import Evaluation
+from engine.lineage import Ancestor
+from engine.replay import Playable
 from engine.tasks import get_task
-from viz import network_diagram, robot_card
+from viz import robot_card
 
 WIDTH = 330
 WELCOME = (
@@ -25,6 +29,7 @@ class Events:
     """What the panel reports."""
 
     export: Callable[[], None]
+    ancestor_chosen: Callable[[int], None]
 
 
 def dock(gui: viser.GuiApi) -> None:
@@ -35,7 +40,7 @@ def dock(gui: viser.GuiApi) -> None:
 
 
 class RobotPanel:
-    """Shows a robot."""
+    """Shows a robot: its card, what goes on inside it, from whom it descends."""
 
     def __init__(self, client: viser.ClientHandle, events: Events) -> None:
         gui = client.gui
@@ -49,25 +54,47 @@ class RobotPanel:
                 disabled=True,
                 hint="Download this robot as a zip: MJCF, genotypes, bill of materials",
             )
-            with gui.add_folder("Controller network", expand_by_default=False):
-                self._network = gui.add_html('<div style="opacity:.7">no robot chosen</div>')
+            tabs = gui.add_tab_group()
+            self._live = LivePanel(gui, tabs)
+            self._lineage = LineagePanel(gui, tabs, events.ancestor_chosen)
 
         @self._export.on_click
         def _(_event: viser.GuiEvent) -> None:
             events.export()
 
-    def show_robot(self, config: RunConfig, evaluation: Evaluation, where: str, entered: int | None) -> None:
-        """Show a robot."""
+    def show_robot(
+        self,
+        config: RunConfig,
+        evaluation: Evaluation,
+        where: str,
+        entered: int | None,
+        *,
+        line: Sequence[Ancestor],
+    ) -> None:
+        """Show a robot.
+
+        Args:
+            config: of its run.
+            evaluation: the robot.
+            where: it was picked from.
+            entered: the generation it was evaluated in.
+            line: the robot that was chosen on a map, its parent, and so on; this robot is one of them.
+        """
         self._welcome.visible = False
         self._card.content = robot_card.render(config, evaluation, where, entered)
-        s = evaluation.solution
-        self._network.content = network_diagram.render(
-            s.controller, s.morphology.n_modules, get_task(config.task).inputs
-        )
+        self._live.show_robot(config, evaluation)
+        distance = get_task(config.task).target_distance
+        self._lineage.show(line, evaluation.solution.number, distance)
         self._export.disabled = False
 
     def show_no_robot(self) -> None:
         """Show none, as at the start."""
         self._welcome.visible = True
-        self._card.content = self._network.content = ""
+        self._card.content = ""
+        self._live.clear()
+        self._lineage.clear()
         self._export.disabled = True
+
+    def show_frame(self, replay: Playable, index: int, *, playing: bool) -> None:
+        """Show what goes on inside the robot at a frame of its replay."""
+        self._live.tick(replay, index, playing=playing)

@@ -32,6 +32,16 @@ class RunPicker:
         self._chosen: Path | None = None
         self._head = gui.add_html("")
         self._list = gui.add_html("")
+        self.upload = gui.add_upload_button(
+            "Upload a run",
+            icon=viser.Icon.UPLOAD,
+            color="gray",
+            mime_type=".tsmr",
+            visible=False,
+            hint="Bring a run file, *.tsmr, from your machine; it is checked and kept in runs/uploads",
+        )
+        """Brings run files; shown with the list once ``allow_upload`` was called."""
+        self._may_upload = False
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()
 
@@ -42,6 +52,16 @@ class RunPicker:
         self._show_head()
         if self._listed is not None and self._listed != tuple(paths):
             self._show_list()
+
+    def allow_upload(self) -> None:
+        """Offer to bring run files below the list."""
+        self._may_upload = True
+        self.upload.visible = self._listed is not None
+
+    def show_list(self) -> None:
+        """Unfold the list."""
+        self._show_list()
+        self._show_head()
 
     def _clicked(self, name: str, index: tuple[int, ...]) -> None:
         if name == "runs":
@@ -66,10 +86,12 @@ class RunPicker:
         index = self._listed.index(self._chosen) if self._chosen in self._listed else None
         runs = [(label, self._facts(path)) for label, path in self._labels.items()]
         self._list.content = run_list.render_list(runs, index, self._handler)
+        self.upload.visible = self._may_upload
 
     def _fold(self) -> None:
         self._listed = None
         self._list.content = ""
+        self.upload.visible = False
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:

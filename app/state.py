@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+from app.basket import Item
+from engine.archive import Cell
 from engine.evaluation import Evaluation
+from engine.lineage import Ancestor
 from engine.reader import Generation, RunReader
 
 
@@ -15,15 +18,23 @@ class Selection:
 
     Attributes:
         archive: it was chosen in.
-        cell: of the archive that holds it, as ``records.cell_name`` writes it.
+        cell: of the archive, None if none of its cells held the robot.
         evaluation: the robot.
         entered: generation of the evaluation.
+        line: the robot that was clicked on a map, its parent, and so on. An ancestor that was chosen from it
+            keeps it, and the archive and cell of the robot that was clicked.
     """
 
     archive: str
-    cell: str
+    cell: Cell | None
     evaluation: Evaluation
     entered: int | None
+    line: tuple[Ancestor, ...] = ()
+
+    @property
+    def is_ancestor(self) -> bool:
+        """Whether the robot is an ancestor of the one that the cell holds."""
+        return bool(self.line) and self.line[0].number != self.number
 
     @property
     def number(self) -> int:
@@ -43,6 +54,8 @@ class SessionState:
         wanted_generation: where the slider was last.
         selection: the chosen robot.
         target, repeat: the trial of it that is replayed, both counted from 0.
+        fresh: number of the fresh noise that it is replayed with, 0 for the noise it was evaluated with.
+        basket: robots that were put aside, of any runs.
     """
 
     path: Path | None = None
@@ -53,12 +66,15 @@ class SessionState:
     selection: Selection | None = None
     target: int = 0
     repeat: int = 0
+    fresh: int = 0
+    basket: tuple[Item, ...] = ()
 
     def begin(self, path: Path, reader: RunReader) -> None:
-        """Forget all of another run."""
+        """Forget all of another run; the basket stays."""
         self.path, self.reader = path, reader
         self.generations, self.follow_newest = [], True
-        self.selection, self.target, self.repeat = None, 0, 0
+        self.selection = None
+        self.target = self.repeat = self.fresh = 0
 
     @property
     def last(self) -> Generation | None:

@@ -5,33 +5,49 @@ from __future__ import annotations
 import dataclasses
 import html
 import math
+import secrets
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import viser
 
+from app.marks import Marks
 from app.player import Player, current_frame
 from app.widgets import put
 from engine.dump_replay import DumpReplay
-from engine.replay import Replay
+from engine.replay import MAX_FRESH, Replay
 from engine.tasks import get_task, remaining_distance
+from viz import tension_legend
+from viz.robot_geometry import full_tension
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
 MIN_WIDTH = 420
 MARGIN = 20
 EXTENSION = 20.0
+FRESH = "fresh"
+DRAWN_FROM = 9999
+"""Fresh noise that is drawn has a number up to this; any other can be typed."""
 NOTHING = "Click a filled cell of a map to watch its robot."
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
+MARK_HINTS = {
+    "tension": "Colour every cable by its tension; the legend below says how many newtons",
+    "numbers": "The number of each module, the head's in its colour",
+    "contacts": "A dot wherever the robot touches the ground or a wall",
+    "trail": "Where the head has been since the target was placed",
+}
+"""Names of ``Marks`` and what their checkboxes say."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Events:
     """What the panel reports."""
 
-    trial_chosen: Callable[[int, int], None]
+    trial_chosen: Callable[[int, int, int], None]
+    """Called with the target, the repeat whose noise it is, and the number of fresh noise or 0."""
     follow_changed: Callable[[bool], None]
+    marks_changed: Callable[[Marks], None]
 
 
 class TransportPanel:
@@ -52,6 +68,7 @@ class TransportPanel:
         self._player = player
         self._shown_time = -1e9
         self._step = step
+        self._events = events
         self._targets: tuple[str, ...] = ()
         width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
@@ -70,10 +87,34 @@ class TransportPanel:
                 f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
             )
             self._target = gui.add_dropdown("Target", ("-",), hint="Which target it crawls to")
-            self._seed = gui.add_dropdown("Seed", ("1",), hint="Which noise it was evaluated with")
-            self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
-            self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
+            self._noise = gui.add_dropdown(
+                "Noise",
+                ("exact 1", FRESH),
+                hint="exact: the very noise it was evaluated with. fresh: noise that it never felt",
+            )
+            self._fresh = gui.add_number(
+                "No.",
+                1,
+                min=1,
+                max=MAX_FRESH,
+                step=1,
+                disabled=True,
+                hint="Which fresh noise; the same number is the same noise again",
+            )
+            self._draw = gui.add_button(
+                "Draw", icon=viser.Icon.DICE_5, color="gray", hint="Replay under fresh noise, drawn at random"
+            )
+            self._speed = gui.add_dropdown(
+                "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
+            )
+            gui.add_html('<div style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
+            shown = Marks()
+            self._marks = {
+                name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
+                for name, hint in MARK_HINTS.items()
+            }
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
+            self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._text = gui.add_html(_text(NOTHING))
         panel.float(x=MARGIN, y=-15, width=width)
 
@@ -106,22 +147,38 @@ class TransportPanel:
             events.follow_changed(event.target.value is True)
 
         @self._target.on_update
-        @self._seed.on_update
+        @self._noise.on_update
         def _(event: viser.GuiEvent) -> None:
-            if event.client is None or self._target.value not in self._targets:
-                return
-            seed = str(self._seed.value)
-            if seed in self._seed.options and seed.isdecimal():
-                events.trial_chosen(self._targets.index(self._target.value), int(seed) - 1)
+            if event.client is not None:
+                self._choose(draw=event.target is self._noise)
+
+        @self._fresh.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and self._noise.value == FRESH:
+                self._choose()
+
+        @self._draw.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            self._choose(fresh=True, draw=True)
+
+        for checkbox in self._marks.values():
+
+            @checkbox.on_update
+            def _(event: viser.GuiEvent) -> None:
+                if event.client is not None:
+                    events.marks_changed(
+                        Marks(**{name: box.value is True for name, box in self._marks.items()})
+                    )
+                    self.refresh()
 
     def set_trials(self, targets: Sequence[str], repeats: int) -> None:
         """Offer the trials of a run, towards targets with names."""
         self._targets = tuple(f"{k + 1}: {name}" for k, name in enumerate(targets))
         if tuple(self._target.options) != self._targets:
             self._target.options = self._targets
-        seeds = tuple(str(k + 1) for k in range(repeats))
-        if tuple(self._seed.options) != seeds:
-            self._seed.options = seeds
+        noises = (*(_exact(k) for k in range(repeats)), FRESH)
+        if tuple(self._noise.options) != noises:
+            self._noise.options = noises
 
     def show_only(self, speed: str) -> None:
         """Offer no other trial and nothing past the end.
@@ -129,15 +186,34 @@ class TransportPanel:
         Args:
             speed: to begin with, one of ``SPEEDS``.
         """
-        for widget in (self._more, self._target, self._seed):
+        for widget in (self._more, self._target, self._noise, self._fresh, self._draw):
             widget.disabled = True
         put(self._speed, speed)
         self._player.speed = SPEEDS[speed]
 
-    def select_trial(self, target: int, repeat: int) -> None:
-        """Show which trial is played."""
+    def select_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
+        """Show which trial is played; ``fresh`` is the number of its noise, 0 for the evaluated one."""
         put(self._target, self._targets[target])
-        put(self._seed, str(repeat + 1))
+        put(self._noise, FRESH if fresh else _exact(repeat))
+        if fresh:
+            put(self._fresh, fresh)
+        self._fresh.disabled = not fresh
+
+    def _choose(self, *, fresh: bool = False, draw: bool = False) -> None:
+        """Report the trial that the widgets say; what is no choice on offer is dropped."""
+        noises = tuple(self._noise.options)
+        if self._target.value not in self._targets or self._noise.value not in noises:
+            return
+        target, repeat = self._targets.index(self._target.value), noises.index(self._noise.value)
+        number = 0
+        if fresh or self._noise.value == FRESH:
+            repeat = 0
+            typed = self._fresh.value
+            number = 1 + secrets.randbelow(DRAWN_FROM) if draw else typed
+            if not isinstance(number, int | float) or not math.isfinite(number):
+                return
+            number = int(min(max(number, 1), MAX_FRESH))
+        self._events.trial_chosen(target, repeat, number)
 
     def refresh(self) -> None:
         """Show where the player is."""
@@ -156,7 +232,10 @@ class TransportPanel:
         moment = self._step * round(player.time / self._step)
         put(self._slider, round(min(max(moment, self._slider.min), self._slider.max), 3))
         self._shown_time = player.time
-        self._text.content = _text(describe(player))
+        self._text.content = _text(
+            describe(player),
+            tension_legend.render(full_tension(replay.morphology)) if self._marks["tension"].value else "",
+        )
 
     def tick(self) -> None:
         """Refresh now and then while playing."""
@@ -184,13 +263,16 @@ def describe(player: Player) -> str:
         parts.append(f"head {100 * gap:.1f} cm from the target")
     if not isinstance(replay, Replay):
         return " · ".join(parts)
+    if replay.fresh:
+        parts.insert(1, f"fresh noise {replay.fresh}")
     if replay.score is not None:
         stored = float(replay.evaluation.distances[replay.target_index, replay.repeat])
-        same = (
-            "exactly as evaluated"
-            if replay.score == stored
-            else (f"evaluated elsewhere as {100 * stored:.2f} cm")
-        )
+        if replay.fresh:
+            same = f"with the evaluated noise {100 * stored:.2f} cm"
+        elif replay.score == stored:
+            same = "exactly as evaluated"
+        else:
+            same = f"evaluated elsewhere as {100 * stored:.2f} cm"
         what = "" if get_task(replay.config.task).score is remaining_distance else "scores "
         parts.append(f"{what}{100 * replay.score:.2f} cm at {replay.trial_time:.0f} s, {same}")
     elif replay.frames and replay.frames[-1].time < replay.trial_time - 0.1:
@@ -206,28 +288,39 @@ def _describe_dump(replay: DumpReplay, moment: float) -> str:
     return " · ".join(parts)
 
 
-def _text(line: str) -> str:
-    return f'<div class="ta-replay" style="font-size:12.5px;opacity:.85;padding:4px 10px 6px">{line}</div>'
+def _exact(repeat: int) -> str:
+    return f"exact {repeat + 1}"
 
 
-_WIDE = (3, 14, 3, 6, 4, 4, 3, 3)
-_NARROW = (5, 11, 4, 11, 9, 8, 6, 6)
+def _text(line: str, legend: str = "") -> str:
+    return (
+        '<div style="font-size:12.5px;opacity:.85;padding:4px 10px 6px;display:flex;flex-wrap:wrap;'
+        f'justify-content:space-between;gap:0 12px"><span class="ta-replay">{line}</span>{legend}</div>'
+    )
+
+
+_WIDE = (3, 14, 3, 6, 4, 3, 3, 4, 2, 3, 3, 3, 3, 3, 3)
+_NARROW = (5, 10, 5, 11, 9, 6, 6, 8, 20, 5, 5, 5, 5, 10, 10)
 """Twentieths of the panel's width that the widgets take, in their order."""
 
 
 def _layout(width: int) -> str:
-    """Return a style that puts the widgets in rows; a phone keeps viser's single column."""
+    """Return a style that puts the widgets in rows; on a phone the panel is as wide as the window."""
     panel = "div:has(> div > .ta-transport)"
-    spans = _WIDE if width >= WIDTH else _NARROW
-    rules = "".join(
-        f"{panel} > :nth-child({k}) {{ grid-column: span {span}; }}" for k, span in enumerate(spans, start=2)
-    )
+
+    def rows(spans: tuple[int, ...]) -> str:
+        return "".join(
+            f"{panel} > :nth-child({k}) {{ grid-column: span {span}; }}"
+            for k, span in enumerate(spans, start=2)
+        )
+
     return (
-        '<style class="ta-transport">@media (min-width: 701px) {'
+        '<style class="ta-transport">'
         f"{panel} {{ display: grid; grid-template-columns: repeat(20, 1fr); align-items: center;"
         " row-gap: 2px; padding: 8px 4px 2px; }"
-        f"{panel} > * {{ grid-column: span 20; padding-bottom: 0 !important; }}"
-        f"{panel} > :nth-child(1) {{ display: none; }}{rules}"
+        f"{panel} > * {{ grid-column: span 20; padding-bottom: 0 !important; min-width: 0; }}"
+        f"{panel} > :nth-child(1) {{ display: none; }}{rows(_WIDE if width >= WIDTH else _NARROW)}"
         f"{panel} > :nth-child(3) {{ padding-top: 6px; }}"
-        f"{panel} > * > div > div:has(label) {{ width: auto !important; }} }}</style>"
+        f"{panel} > * > div > div:has(label) {{ width: auto !important; }}"
+        f"@media (max-width: 700px) {{{rows(_NARROW)}}}</style>"
     )

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import viser
 
-def put(widget: Any, value: Any) -> None:
-    """Set a widget's value, without telling the browser again what it shows already."""
-    if widget.value != value:
-        widget.value = value
+from app.viser_private import uuid_of
+
+
+def put(widget: Any, value: Any, attribute: str = "value") -> None:
+    """Set a widget's value, or another attribute, unless the browser shows it already."""
+    if getattr(widget, attribute) != value:
+        setattr(widget, attribute, value)
 
 
 def put_html(element: Any, content: str) -> None:
@@ -19,13 +23,27 @@ def put_html(element: Any, content: str) -> None:
 
 def selector(widget: Any) -> str:
     """Return the CSS selector of what viser draws around an input with a label."""
-    return f'div:has(> div > div > * > label[for="{widget._impl.uuid}"])'
+    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
-def side_by_side(first: Any, second: Any) -> str:
-    """Return a style that puts two inputs that follow each other into one row, if both are visible."""
-    a, b = selector(first), selector(second)
-    return (
-        f"<style>{a}{{float:left;width:50%}}{a}+{b}{{margin-left:50%}}"
-        f"{a}>div>div:has(label),{a}+{b}>div>div:has(label){{width:auto!important;padding-right:6px}}</style>"
-    )
+def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
+    """Return a style that puts inputs that follow each other into one row, as far as they are visible.
+
+    Args:
+        cells: each input and its share of the width in percent; together 100.
+        labelled: how many of them, from the left, show their labels; None for all. A label that is not
+            seen still names its input to a screen reader.
+    """
+    rules, left = [], 0.0
+    for k, (widget, share) in enumerate(cells):
+        # a button has no label to know it by; it can only be the last
+        this = "*" if isinstance(widget, viser.GuiButtonHandle) else selector(widget)
+        place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%!important"
+        rules.append(f"{this}{{{place}}}" if k == 0 else f"{selector(cells[k - 1][0])}+{this}{{{place}}}")
+        label = "width:auto!important;padding-right:6px"
+        if labelled is not None and k >= labelled:
+            label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
+        if this != "*":
+            rules.append(f"{this}>div>div:has(label){{{label}}}")
+        left += share
+    return f"<style>{''.join(rules)}</style>"

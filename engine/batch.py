@@ -38,6 +38,7 @@ class SimulationBatch:
     ) -> None:
         self._same_world = models is None
         models = [r.model for r in robots for _ in range(copies)] if models is None else models
+        self._models = models
         self._batch = batch.Batch(models[0], len(models), n_threads)
         self._batch.set_models(models)
         self._batch.reset()
@@ -71,6 +72,10 @@ class SimulationBatch:
     def commanded(self) -> np.ndarray:
         """(robots, copies, modules, 5) commanded lengths of the internal cables, in m; a view."""
         return self._ctrl.reshape(*self.shape, self.n_modules, -1)
+
+    def model(self, i: int) -> mujoco.MjModel:
+        """Return the model of a simulation, robot by robot, which must not be changed."""
+        return self._models[i]
 
     def rods(self, module: np.ndarray, rods: np.ndarray) -> np.ndarray:
         """Return (robots, copies, n, 3) centres of n chosen rods per robot, in m.

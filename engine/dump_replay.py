@@ -8,6 +8,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from engine.contacts import ContactFinder
 from engine.dump import Dump
 from engine.guard import ARENA_RADIUS, Guard
 from engine.morphology import Morphology
@@ -41,6 +42,7 @@ class DumpReplay:
         steps = self._physics.steps_per_control
         self._frames_per_update = next(n for n in range(FRAMES_PER_UPDATE, 0, -1) if steps % n == 0)
         self._guard = Guard([dump.robot])
+        self._contacts = ContactFinder(dump.model)
         self._gone = False
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
@@ -109,7 +111,8 @@ class DumpReplay:
         lengths = np.clip(np.nan_to_num(controls, nan=1.0), 0.0, 1.0)
         lengths = lengths.reshape(self.morphology.n_modules, -1)
         time = self.start_time + (len(self.frames) + 1) * self.frame_period
-        self.frames.append(Frame.of(time, data.qpos, lengths, self.head))
+        contacts = self._contacts.find(data.qpos)
+        self.frames.append(Frame.of(time, data.qpos, lengths, self.head, contacts=contacts))
 
 
 def _warnings(data: mujoco.MjData) -> np.ndarray:

@@ -269,6 +269,18 @@ class LocalEvaluator:
         )
 
 
+def fresh_number(number: int, sample: int) -> int:
+    """Return the number under which a solution gets noise of its own, instead of that of its evaluation.
+
+    Args:
+        number: of the solution.
+        sample: 0 for the recorded noise; any other number for noise that no evaluation of the run has, and
+            no other sample of this solution.
+    """
+    # no run has as many evaluations
+    return number + sample * 2**32
+
+
 def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, ...]:
     """Return the seed of one simulation's actuation noise."""
     return (run_seed, number, target, repeat)

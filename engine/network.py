@@ -23,6 +23,8 @@ class NetworkBatch:
     def __init__(self, controllers: Sequence[Controller], *, n_outputs: int = N_OUTPUTS) -> None:
         plans = [Plan(c, n_outputs) for c in controllers]
         self.n_inputs = controllers[0].n_inputs
+        self.hidden_keys = [tuple(p.hidden) for p in plans]
+        """Per network the keys of the hidden nodes that its outputs depend on."""
         self._depth = max(p.depth for p in plans)
         n_hidden = max(len(p.hidden) for p in plans)
         shape = (len(plans), n_hidden)
@@ -48,6 +50,18 @@ class NetworkBatch:
         Returns:
             (networks, samples, n_outputs) array of outputs, each in (0, 1).
         """
+        return self.activations(inputs)[1]
+
+    def activations(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Evaluate every network on its own inputs and return all its neurons.
+
+        Args:
+            inputs: (networks, samples, n_inputs) array.
+
+        Returns:
+            (networks, samples, n_hidden) hidden neurons, each network's in the order of ``hidden_keys`` and
+            padded; (networks, samples, n_outputs) outputs. All in (0, 1).
+        """
         n_hidden = self._hidden_bias.shape[1]
         hidden = np.zeros((*inputs.shape[:2], n_hidden))
         # hidden nodes `depth` links away from the inputs are final after `depth` sweeps
@@ -55,7 +69,36 @@ class NetworkBatch:
             sources = np.concatenate([inputs, hidden], axis=2)
             hidden = _layer(sources, self._hidden_weights, self._hidden_bias)
         sources = np.concatenate([inputs, hidden], axis=2)
-        return _layer(sources, self._output_weights, self._output_bias)
+        return hidden, _layer(sources, self._output_weights, self._output_bias)
+
+
+class Network:
+    """One controller's expressed network, neuron by neuron, as a ``NetworkBatch`` evaluates it.
+
+    Args:
+        controller: the genotype.
+        n_modules: how many modules it drives; the other outputs are left out.
+    """
+
+    def __init__(self, controller: Controller, n_modules: int) -> None:
+        plan = Plan(controller, 2 * n_modules)
+        self._batch = NetworkBatch([controller], n_outputs=2 * n_modules)
+        self.n_inputs = controller.n_inputs
+        self.outputs = list(range(2 * n_modules))
+        """Keys of the outputs."""
+        self.levels = {k: plan.level[k] for k in plan.hidden}
+        """By key of a hidden node that some output depends on, how many links lie between it and the inputs
+        at the most."""
+
+    def neurons(self, sensed: np.ndarray) -> dict[int, float]:
+        """Return the activation, in (0, 1), of every hidden node and output by its key.
+
+        Args:
+            sensed: (n_inputs,) what the controller senses.
+        """
+        hidden, outputs = self._batch.activations(np.asarray(sensed, dtype=float)[None, None])
+        found = dict(zip(self._batch.hidden_keys[0], hidden[0, 0].tolist(), strict=False))
+        return found | dict(zip(self.outputs, outputs[0, 0].tolist(), strict=True))
 
 
 def _layer(sources: np.ndarray, weights: np.ndarray, bias: np.ndarray) -> np.ndarray:
@@ -101,6 +144,7 @@ class Plan:
             else:
                 level[node] = 1 + max((level[s] for s in sources), default=0)
                 stack.pop()
+        self.level = level
         self.hidden = sorted((k for k in level if k >= N_OUTPUTS), key=lambda k: (level[k], k))
         self.depth = max((level[k] for k in self.hidden), default=0)
         order = [*self.hidden, *range(n_outputs)]

@@ -18,6 +18,7 @@ from engine.archive import Cell
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, TensAtlasError, UnknownTask
 from engine.evaluation import Evaluation
+from engine.lineage import Ancestor
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
@@ -292,6 +293,36 @@ class RunReader:
         if missing := numbers - set(found):
             raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
         return found
+
+    def lineage(self, number: int) -> list[Ancestor]:
+        """Return a robot, its parent, and so on to the random one or to the last one that the file holds.
+
+        Raises:
+            RunFileError: there is no evaluation of that number, or one of the line is damaged.
+        """
+        rows = self._query(
+            "WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e JOIN line"
+            # a parent is older: a file that says otherwise must not lead round in circles
+            " ON e.number = line.n WHERE e.parent < e.number)"
+            " SELECT number, parent, generation, operator, fitness, morphology FROM evaluations"
+            " WHERE number IN (SELECT n FROM line) ORDER BY number DESC",
+            (number,),
+        )
+        with self.guard():
+            line = [
+                Ancestor(
+                    number=int(r[0]),
+                    parent=None if r[1] is None else int(r[1]),
+                    generation=int(r[2]),
+                    operator=str(r[3]),
+                    fitness=None if r[4] is None else _finite(r[4]),
+                    morphology=Morphology.from_json(json.loads(r[5])),
+                )
+                for r in rows
+            ]
+        if not line or line[0].number != number:
+            raise RunFileError(f"{self.path} has no evaluation {number}")
+        return line
 
     def lacks_trajectories(self) -> bool:
         """Tell whether any evaluation is without its trajectory, as in a file made smaller."""

@@ -9,8 +9,9 @@ from typing import Final, Protocol
 import numpy as np
 
 from engine.config import RunConfig
+from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
-from engine.evaluation import Evaluation, noise_seed
+from engine.evaluation import Evaluation, fresh_number, noise_seed
 from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
@@ -19,6 +20,8 @@ from engine.walls import Wall
 
 UPDATES_PER_FRAME: Final = 2
 """Control updates between two recorded frames: 25 frames a second at 50 Hz."""
+MAX_FRESH: Final = 2**20
+"""Number of the last fresh noise on offer."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -30,15 +33,28 @@ class Frame:
         pose: (modules, 6, 7) float32 positions (m) and quaternions (w, x, y, z) of the rods.
         lengths: (modules, 5) float32 commanded lengths of the internal cables, in m.
         head: (2,) float32 horizontal position of the head, in m.
+        contacts: (n, 3) float32 points where it touches the ground or a wall, in m.
+        sensed: (inputs,) what its controller sensed at the update before, None while it has no say.
     """
 
     time: float
     pose: np.ndarray
     lengths: np.ndarray
     head: np.ndarray
+    contacts: np.ndarray
+    sensed: np.ndarray | None = None
 
     @classmethod
-    def of(cls, time: float, qpos: np.ndarray, lengths: np.ndarray, head: Head) -> Frame:
+    def of(
+        cls,
+        time: float,
+        qpos: np.ndarray,
+        lengths: np.ndarray,
+        head: Head,
+        *,
+        contacts: np.ndarray,
+        sensed: np.ndarray | None = None,
+    ) -> Frame:
         """Take a frame.
 
         Args:
@@ -46,10 +62,18 @@ class Frame:
             qpos: (modules x 42,) generalised coordinates.
             lengths: (modules, 5) commanded lengths of the internal cables, in m.
             head: which end of the robot is its head.
+            contacts: (n, 3) points where it touches the world, in m.
+            sensed: (inputs,) what its controller sensed last, None while it has no say.
         """
         pose = qpos.reshape(len(lengths), -1, 7).astype(np.float32)
-        position = pose[head.module, list(head.front), :2].mean(axis=0)
-        return cls(time=time, pose=pose, lengths=lengths.astype(np.float32), head=position)
+        return cls(
+            time=time,
+            pose=pose,
+            lengths=lengths.astype(np.float32),
+            head=pose[head.module, list(head.front), :2].mean(axis=0),
+            contacts=contacts,
+            sensed=None if sensed is None else sensed.copy(),
+        )
 
 
 class Playable(Protocol):
@@ -104,6 +128,7 @@ def repeat_trial(
     *,
     target: int,
     repeat: int,
+    fresh: int = 0,
     observer: Observer | None = None,
 ) -> ClosedLoop:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
@@ -113,9 +138,11 @@ def repeat_trial(
         evaluation: of the robot.
         target: which of the task's targets.
         repeat: which of its noise seeds.
+        fresh: 0 for the noise that it was evaluated with; any other number draws noise of its own.
         observer: sees the robot settle.
     """
     solution, task, physics = evaluation.solution, get_task(config.task), config.physics
+    number = fresh_number(solution.number, fresh)
     robots = build_robots([solution.morphology], physics)
     return ClosedLoop(
         settle(robots, physics=physics, duration=config.trials.settle_time, observer=observer),
@@ -123,7 +150,7 @@ def repeat_trial(
         heads=[Head.of(solution.morphology, evaluation.head_is_end)],
         controllers=[solution.controller],
         targets=target_offsets(task)[None, target, None],
-        seeds=[[noise_seed(config.seed, solution.number, target, repeat)]],
+        seeds=[[noise_seed(config.seed, number, target, repeat)]],
         task=task,
         physics=physics,
         walls=[worlds(task, solution.morphology.n_modules)[target]],
@@ -139,24 +166,29 @@ class Replay:
         config: of the run that the evaluation belongs to.
         evaluation: what to replay.
         target, repeat: which of its trials.
+        fresh: 0 for the noise that it was evaluated with; 1 to ``MAX_FRESH`` each draws noise of its own.
 
     Raises:
-        InvalidData: there is no such target or repeat, or today's robots do not survive the run's physics.
+        InvalidData: there is no such target, repeat or noise, or today's robots do not survive the run's
+            physics.
     """
 
     def __init__(
-        self, config: RunConfig, evaluation: Evaluation, *, target: int = 0, repeat: int = 0
+        self, config: RunConfig, evaluation: Evaluation, *, target: int = 0, repeat: int = 0, fresh: int = 0
     ) -> None:
         task = get_task(config.task)
         if not 0 <= target < task.n_targets:
             raise InvalidData(f"target must be from 0 to {task.n_targets - 1}, not {target}")
         if not 0 <= repeat < config.trials.repeats:
             raise InvalidData(f"repeat must be from 0 to {config.trials.repeats - 1}, not {repeat}")
+        if not 0 <= fresh <= MAX_FRESH:
+            raise InvalidData(f"fresh noise must be from 1 to {MAX_FRESH}, not {fresh}")
         check_timestep(config.physics)
         self.config = config
         self.evaluation = evaluation
         self.target_index = target
         self.repeat = repeat
+        self.fresh = fresh
         self.frames: list[Frame] = []
         self.target: np.ndarray | None = None
         """(2,) the target in the world, in m, once the robot has settled."""
@@ -166,6 +198,7 @@ class Replay:
         self.failure: str | None = None
         self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
         self._loop: ClosedLoop | None = None
+        self._contacts: ContactFinder | None = None
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
 
@@ -235,6 +268,7 @@ class Replay:
             self.evaluation,
             target=self.target_index,
             repeat=self.repeat,
+            fresh=self.fresh,
             observer=self._observe,
         )
         # whoever draws takes the target as the sign that the world is complete
@@ -247,8 +281,20 @@ class Replay:
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])
         if sim.n_updates % UPDATES_PER_FRAME:
             return
-        time = sim.time - self.settle_time
-        self.frames.append(Frame.of(time, sim.qpos[0, 0], sim.commanded[0, 0], self.head))
+        model, qpos = sim.model(0), sim.qpos[0, 0]
+        if self._contacts is None or self._contacts.model is not model:  # walls have gone up
+            self._contacts = ContactFinder(model)
+        sensed = None if self._loop is None else self._loop.sensed
+        self.frames.append(
+            Frame.of(
+                sim.time - self.settle_time,
+                qpos,
+                sim.commanded[0, 0],
+                self.head,
+                contacts=self._contacts.find(qpos),
+                sensed=None if sensed is None else sensed[0, 0],
+            )
+        )
 
 
 class _CancelledError(Exception):

@@ -112,6 +112,15 @@ def robust_path(run: Path) -> Path:
     return run.with_name(run.stem + SUFFIX)
 
 
+def robust_stamp(run: Path) -> tuple[int, int] | None:
+    """Return what changes with the file beside a run file: its time in ns and its size; None without one."""
+    try:
+        found = robust_path(run).stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 def load_robust(path: Path) -> Robustness:
     """Read what evaluating a run's elites again has shown.
 

@@ -204,6 +204,8 @@ class ClosedLoop:
         n = self.sim.n_modules
         self._order = np.array([range(n)[::-1] if h.is_end else range(n) for h in heads])
         self._noise = _Noise(seeds, (n, len(t.SERVO_NODES)), physics.servo_noise)
+        self.sensed: np.ndarray | None = None
+        """(robots, copies, inputs) what the controllers sensed at the last update, None before the first."""
 
     def head(self) -> np.ndarray:
         """Return (robots, copies, 2) head positions in the settled head's frame, in m."""
@@ -230,7 +232,8 @@ class ClosedLoop:
 
     def update(self) -> None:
         """Sense, think, act for one control period."""
-        outputs = self._network.activate(sensed(self._task, self.view(), self.sim.alive))
+        self.sensed = sensed(self._task, self.view(), self.sim.alive)
+        outputs = self._network.activate(self.sensed)
         frequency = servo.pick(servo.FREQUENCIES, outputs[..., 0::2])
         phase = servo.pick(servo.PHASES, outputs[..., 1::2])
         # the first pair of outputs drives the head module

@@ -97,6 +97,15 @@ def _measures(
     return values
 
 
+def csv_bytes(table: Table) -> bytes:
+    """Return a table as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table)
+    writer.writerows(zip(*table.values(), strict=True))
+    return text.getvalue().encode()
+
+
 def write_table(table: Table, path: Path) -> None:
     """Write a table as CSV, or as Parquet where the name ends in ``.parquet``.
 
@@ -105,11 +114,7 @@ def write_table(table: Table, path: Path) -> None:
     """
     match path.suffix.lower():
         case ".csv":
-            text = io.StringIO()
-            writer = csv.writer(text, lineterminator="\n")
-            writer.writerow(table)
-            writer.writerows(zip(*table.values(), strict=True))
-            content = text.getvalue().encode()
+            content = csv_bytes(table)
         case ".parquet":
             content = _parquet(table)
         case _:

@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation, LocalEvaluator, Solution
+from engine.evaluation import Evaluation, LocalEvaluator, Solution, fresh_number
 from engine.motion import Motion, MotionRecorder
 from engine.robot import Physics, build_robot
 from engine.tasks import get_task
@@ -23,8 +23,6 @@ from engine.timestep import check_timestep, with_inertia
 MAX_SEEDS: Final = 100
 SMALLEST_FACTOR: Final = 0.01
 """Smallest factor on the time step; the simulation takes its inverse times as long."""
-_FRESH: Final = 2**32
-"""No run has as many evaluations, so that no number of a sample is one of the run's."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -186,4 +184,4 @@ def with_noise(solution: Solution, sample: int) -> Solution:
 
     The noise of the others is that of no evaluation of the run and of no other sample.
     """
-    return dataclasses.replace(solution, number=solution.number + sample * _FRESH)
+    return dataclasses.replace(solution, number=fresh_number(solution.number, sample))

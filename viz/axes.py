@@ -7,13 +7,19 @@ from typing import Final
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
-from engine.measures import body_axes, trajectory_axes
+from engine.measures import body_axes, cell_centre, trajectory_axes
+from engine.tensegrity import stiffness_n_per_m
 
 TITLES: Final = {
     "stiffness": "relative stiffness",
     "softest": "softest module",
     "stiffest": "stiffest module",
 }
+STIFFNESS_UNIT: Final = "N/m"
+MAX_CENTRES: Final = 12
+"""Cells that are labelled along an axis of the body."""
+MAX_BOUNDS: Final = 6
+"""Bounds of cells that are labelled along an axis of the trajectory."""
 
 
 def title(axis: Axis) -> str:
@@ -23,23 +29,33 @@ def title(axis: Axis) -> str:
 
 def value(axis: Axis, index: int) -> str:
     """Return the centre of a cell as text."""
-    centre = axis.lower + (index + 0.5) * (axis.upper - axis.lower) / axis.n
-    return f"{centre:.0f}" if axis.name == "modules" else f"{centre:.1f}"
+    centre = cell_centre(axis, index)
+    return f"{centre:.0f}" if axis.name == "modules" else _signed(centre, 1)
 
 
-def labels(axis: Axis) -> list[str]:
-    """Return a label for the centre of each cell, some of them empty where they would crowd."""
-    crowded = not axis.name.startswith(("modules", "stiff", "soft"))
-    return ["" if crowded and i % 2 else value(axis, i) for i in range(axis.n)]
+def ticks(axis: Axis) -> list[tuple[float, str]]:
+    """Return the labels of an axis with their places in cells, from its lower end.
+
+    Every cell of a body's axis stands for one value and is labelled at its centre; elsewhere some of the
+    cells' bounds are, the axis's own two among them.
+    """
+    if is_body([axis]):
+        return [(i + 0.5, value(axis, i)) for i in range(0, axis.n, -(-axis.n // MAX_CENTRES))]
+    step = next(s for s in range(1, axis.n + 1) if axis.n % s == 0 and axis.n // s < MAX_BOUNDS)
+    return [(float(i), _bound(axis, i)) for i in range(0, axis.n + 1, step)]
+
+
+def newtons_per_metre(axis: Axis) -> list[tuple[float, str]] | None:
+    """Return labels in N/m with their places in cells for an axis of stiffness, None for another one."""
+    if axis.name not in TITLES:
+        return None
+    centres = [cell_centre(axis, i) for i in range(axis.n)]
+    return [(i + 0.5, f"{stiffness_n_per_m(c):.0f}") for i, c in enumerate(centres)]
 
 
 def describe(axes: Sequence[Axis], cell: Cell) -> str:
     """Return what a cell stands for."""
-    parts = []
-    for axis, i in zip(axes, cell, strict=True):
-        text = value(axis, i)
-        parts.append(f"{text} modules" if axis.name == "modules" else f"{title(axis)} {text}")
-    return ", ".join(parts)
+    return ", ".join(_describe(axis, i) for axis, i in zip(axes, cell, strict=True))
 
 
 def family(axes: Sequence[Axis]) -> str | None:
@@ -52,3 +68,23 @@ def family(axes: Sequence[Axis]) -> str | None:
 def is_body(axes: Sequence[Axis]) -> bool:
     """Tell whether the body alone decides the cell."""
     return len(body_axes(axes)) == len(axes)
+
+
+def _describe(axis: Axis, index: int) -> str:
+    text = value(axis, index)
+    if axis.name == "modules":
+        return f"{text} modules"
+    if axis.name in TITLES:
+        return f"{title(axis)} {text} ({stiffness_n_per_m(cell_centre(axis, index)):.0f} {STIFFNESS_UNIT})"
+    return f"{title(axis)} {_bound(axis, index)} to {_bound(axis, index + 1)}"
+
+
+def _bound(axis: Axis, index: int) -> str:
+    bound = axis.lower + index * (axis.upper - axis.lower) / axis.n
+    return _signed(bound, 0 if axis.upper - axis.lower >= 30 else 1)
+
+
+def _signed(number: float, digits: int) -> str:
+    """Return a number without the sign of a zero."""
+    text = f"{number:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text

@@ -32,14 +32,18 @@ class Coloring:
             without a value are grey; with none at all the map keeps the colours of the fitness.
         scale: from all values shown to the scale.
         hint: line that a value adds to hover cards, or None if they have it anyway.
+        lengths: whether the values are fitnesses in cm, which can share a scale.
     """
 
     values: Callable[[Sequence[Axis], Mapping[Cell, Elite]], Values]
     scale: Callable[[Collection[float]], Scale]
     hint: Callable[[float], str] | None = None
+    lengths: bool = False
 
 
-FITNESS: Final = Coloring(lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale)
+FITNESS: Final = Coloring(
+    lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale, lengths=True
+)
 AGE: Final = Coloring(
     lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
     lambda values: Scale("gen.", 0.0, max([1.0, *values]), whole=True),
@@ -52,6 +56,7 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
         lambda _, elites: {c: values[e.number] for c, e in elites.items() if e.number in values},
         lambda shown: fitness_scale(shown, title),
         lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
+        lengths=True,
     )
 
 
@@ -94,8 +99,9 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
 
 
+USUAL: Final = "fitness f_s"
 COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
-    "fitness f_s": lambda *_: FITNESS,
+    USUAL: lambda *_: FITNESS,
     "age": lambda *_: AGE,
     "visits": by_visits,
 }

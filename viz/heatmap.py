@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import html
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
@@ -15,13 +16,13 @@ from viz.scale import Scale, bar
 
 CELL_WIDTH = 30
 CELL_HEIGHT = 21
-LEFT = 46
-TOP = 8
+LEFT = 66
+TOP = 14
 BOTTOM = 34
 BAR_GAP = 12
 BAR_WIDTH = 12
-RIGHT = 44
-WIDTH = 384
+RIGHT = 40
+WIDTH = 400
 """Of a map of 9 columns, the usual one: other pictures keep to it, so that their texts match."""
 
 
@@ -75,6 +76,13 @@ class Heatmap:
     ring: Ring | None = None
     fresh: frozenset[Cell] = frozenset()
 
+    @property
+    def start(self) -> Cell | None:
+        """Where the keyboard begins: at the chosen robot, or else at the most coloured cell."""
+        if self.ring is not None and self.ring.cell in self.tiles:
+            return self.ring.cell
+        return max(self.tiles, key=lambda c: (self.values.get(c, -math.inf), c), default=None)
+
 
 def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     """Return a heatmap as SVG.
@@ -87,14 +95,16 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     x_axis, y_axis = heatmap.axes
     width = LEFT + x_axis.n * CELL_WIDTH + BAR_GAP + BAR_WIDTH + RIGHT
     height = TOP + y_axis.n * CELL_HEIGHT + BOTTOM
+    start = "" if heatmap.start is None else f' data-start="{cell_name(heatmap.start)}"'
+    start += ' data-ring="1"' if heatmap.ring is not None and heatmap.ring.cell in heatmap.tiles else ""
     parts = [
-        f'<svg class="ta-map" data-map="{html.escape(heatmap.name)}" viewBox="0 0 {width} {height}"'
+        f'<svg class="ta-map" {accessible(heatmap.name)} viewBox="0 0 {width} {height}"{start}'
         f' width="100%" style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
         f' onpointerdown="{on_pointer_down}">',
         "<style>.ta-map .c{cursor:pointer}.ta-map .c:hover rect{stroke:currentColor;stroke-width:1.5;"
         "stroke-dasharray:none;stroke-opacity:1}.ta-map .e{fill:currentColor;fill-opacity:.03;"
         "stroke:currentColor;stroke-opacity:.28;stroke-width:.8;stroke-dasharray:2 2}"
-        "@keyframes ta-flash{from{fill:#fff}}.ta-map .f{animation:ta-flash 1.2s ease-out}</style>",
+        f"{SHARED_STYLE}</style>",
     ]
     parts += [_cell(heatmap, (i, j)) for i in range(x_axis.n) for j in range(y_axis.n)]
     if heatmap.ring is not None:
@@ -105,8 +115,29 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
             f'<rect x="{x - 0.5}" y="{y - 0.5}" width="{CELL_WIDTH}" height="{CELL_HEIGHT}"'
             f' rx="4" fill="none" stroke="{ring.color}" stroke-width="2.5"{dashes} pointer-events="none"/>'
         )
+    parts.append(
+        f'<rect class="ta-near" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" fill="none"'
+        ' stroke="currentColor" stroke-width="2" pointer-events="none" visibility="hidden"/>'
+    )
     parts += [_x_labels(x_axis, y_axis), _y_labels(y_axis), _color_bar(heatmap), "</svg>"]
     return "".join(parts)
+
+
+SHARED_STYLE = (
+    ".ta-map{outline-offset:3px;border-radius:4px}.ta-map:focus{outline:none}"
+    f".ta-map:focus-visible{{outline:2px solid rgb{theme.ACCENT}}}"
+    "@keyframes ta-flash{from{fill:#fff;stroke:#fff;stroke-width:3}}"
+    "@media (prefers-reduced-motion:no-preference){.ta-map .f{animation:ta-flash 1.4s ease-out}}"
+)
+"""Of plain and nested maps: the visible focus, and the flash of cells that have just been won."""
+
+
+def accessible(name: str) -> str:
+    """Return the attributes that make a map reachable by keyboard, see ``viz.keyboard``."""
+    return (
+        f'data-map="{html.escape(name)}" tabindex="0" role="application" aria-label="{html.escape(name)} map:'
+        ' arrow keys choose a robot, Enter replays it, Space pauses"'
+    )
 
 
 def text(x: float, y: float, content: str, *, anchor: str = "start", small: bool = False) -> str:
@@ -150,22 +181,24 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
 def _x_labels(x_axis: Axis, y_axis: Axis) -> str:
     y = TOP + y_axis.n * CELL_HEIGHT
     ticks = [
-        text(LEFT + (i + 0.5) * CELL_WIDTH, y + 12, label, anchor="middle", small=True)
-        for i, label in enumerate(axis_text.labels(x_axis))
-        if label
+        text(LEFT + place * CELL_WIDTH - 0.75, y + 12, label, anchor="middle", small=True)
+        for place, label in axis_text.ticks(x_axis)
     ]
     title = html.escape(axis_text.title(x_axis))
     return "".join(ticks) + text(LEFT + x_axis.n * CELL_WIDTH / 2, y + 27, title, anchor="middle")
 
 
 def _y_labels(y_axis: Axis) -> str:
-    ticks = [
-        text(LEFT - 5, TOP + (y_axis.n - 0.5 - j) * CELL_HEIGHT + 3.5, label, anchor="end", small=True)
-        for j, label in enumerate(axis_text.labels(y_axis))
-        if label
-    ]
+    def column(x: float, ticks: Sequence[tuple[float, str]]) -> list[str]:
+        bottom = TOP + y_axis.n * CELL_HEIGHT + 2.75
+        return [text(x, bottom - p * CELL_HEIGHT, t, anchor="end", small=True) for p, t in ticks]
+
+    parts = column(LEFT - 5, axis_text.ticks(y_axis))
+    if stiffness := axis_text.newtons_per_metre(y_axis):
+        x = LEFT - 26
+        parts += [*column(x, stiffness), text(x, TOP - 4, axis_text.STIFFNESS_UNIT, anchor="end", small=True)]
     title = html.escape(axis_text.title(y_axis))
-    return "".join(ticks) + upright_text(11, TOP + y_axis.n * CELL_HEIGHT / 2, title)
+    return "".join(parts) + upright_text(11, TOP + y_axis.n * CELL_HEIGHT / 2, title)
 
 
 def _color_bar(heatmap: Heatmap) -> str:

@@ -10,6 +10,7 @@ from engine.archive import Cell
 from engine.morphology import Morphology
 from engine.reader import Generation, RunReader
 from engine.tasks import get_task
+from engine.tensegrity import stiffness_n_per_m
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -25,8 +26,11 @@ class Elite:
     def hint(self) -> str:
         """The lines of its hover card."""
         body = self.morphology
+        stiff = f"relative stiffness {body.stiffness_text}"
+        if body.stiffness_mode == "shared":
+            stiff += f" ({stiffness_n_per_m(body.stiffness):.0f} N/m)"
         return (
-            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, stiffness {body.stiffness_text}\n"
+            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, {stiff}\n"
             f"robot {self.number}, generation {self.generation}"
         )
 

@@ -12,14 +12,16 @@ from __future__ import annotations
 import dataclasses
 import html
 import json
+import math
 import re
 from collections import defaultdict
 from collections.abc import Mapping
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.records import cell_name
 from viz import axes as axis_text
-from viz.heatmap import LEFT, TOP, WIDTH, Ring, Tile, text, upright_text
+from viz.heatmap import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, accessible, text, upright_text
 from viz.scale import Scale, bar
 
 RIGHT = 2
@@ -132,10 +134,12 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
     width, height = WIDTH, g.bottom + AXIS_HEIGHT + LEGEND_HEIGHT
     width = max(width, LEFT + g.columns * g.step[0] + RIGHT)  # rounded to whole units, it may be wider
     cells, hints = _table(nested, g)
+    best = max(nested.tiles, key=lambda c: (nested.values.get(c, -math.inf), c), default=None)
+    start = "" if best is None else f' data-start="{cell_name(best)}"'
     near = f'width="{g.cell[0]}" height="{g.cell[1]}"'
     return "".join(
         [
-            f'<svg class="ta-map ta-nested" data-map="{html.escape(nested.name)}"'
+            f'<svg class="ta-map ta-nested" {accessible(nested.name)}{start}'
             f' viewBox="0 0 {width} {height}" width="100%" data-size="{g.cell[0]},{g.cell[1]}"'
             f' data-cells="{cells}" data-hints="{html.escape(json.dumps(hints))}"'
             ' style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
@@ -143,8 +147,7 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
             "<style>.ta-nested[data-c]{cursor:pointer}.ta-nested .o{fill:currentColor;fill-opacity:.07}"
             ".ta-nested .e{fill:none;stroke:currentColor;stroke-opacity:.28;stroke-width:.8;"
             "stroke-dasharray:2 2}.ta-nested .ta-ring,.ta-nested .ta-outer{visibility:hidden;fill:none;"
-            "pointer-events:none}@keyframes ta-flash{from{fill:#fff}}"
-            ".ta-map .f{animation:ta-flash 1.2s ease-out}</style>",
+            f"pointer-events:none}}{SHARED_STYLE}</style>",
             _frames(nested, g),
             _paths(nested, g),
             f'<rect class="ta-near" {near} fill="none" stroke="currentColor" stroke-width="1"'
@@ -240,15 +243,20 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
         parts.append(
             text(LEFT + width - GAP, bottom + 25, f"in each: {html.escape(inside)}", anchor="end", small=True)
         )
-        starts, step = [g.outer_corner((i, 0))[0] for i in range(g.columns)], g.inner
-        tops = [g.outer_corner((0, j))[1] for j in range(g.rows)]
+        (left, top), step = g.outer_corner((0, g.rows - 1)), g.step
+        middle, low = (g.inner[0] - step[0]) / 2, top + g.rows * step[1] + (g.inner[1] - step[1]) / 2 + 3.5
         parts += [
-            text(x + step[0] / 2, bottom + 9, label, anchor="middle", small=True)
-            for x, label in zip(starts, axis_text.labels(x_axis), strict=True)
+            text(left + place * step[0] + middle, bottom + 9, label, anchor="middle", small=True)
+            for place, label in axis_text.ticks(x_axis)
         ]
+        columns = [(LEFT - 5, axis_text.ticks(y_axis))]
+        if stiffness := axis_text.newtons_per_metre(y_axis):
+            columns.append((LEFT - 26, stiffness))
+            parts.append(text(LEFT - 26, top - 4, axis_text.STIFFNESS_UNIT, anchor="end", small=True))
         parts += [
-            text(LEFT - 5, y + step[1] / 2 + 3.5, label, anchor="end", small=True)
-            for y, label in zip(tops, axis_text.labels(y_axis), strict=True)
+            text(x, low - place * step[1], label, anchor="end", small=True)
+            for x, ticks in columns
+            for place, label in ticks
         ]
         return "".join(parts)
     outer = nested.axes[0]
@@ -257,13 +265,13 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
         parts.append(text(x, y - 3, html.escape(axis_text.describe((outer,), (i,))), small=True))
         if i % g.columns == 0:
             parts += [
-                text(LEFT - 5, y + (y_axis.n - 0.5 - j) * g.cell[1] + 3.5, label, anchor="end", small=True)
-                for j, label in _few(axis_text.labels(y_axis))
+                text(LEFT - 5, y + (y_axis.n - place) * g.cell[1] + 3.5, label, anchor="end", small=True)
+                for place, label in _few(axis_text.ticks(y_axis))
             ]
         if i + g.columns >= g.shape[0]:
             parts += [
-                text(x + (j + 0.5) * g.cell[0], y + g.inner[1] + 10, label, anchor="middle", small=True)
-                for j, label in _few(axis_text.labels(x_axis))
+                text(x + place * g.cell[0], y + g.inner[1] + 10, label, anchor="middle", small=True)
+                for place, label in _few(axis_text.ticks(x_axis))
             ]
     return "".join(parts)
 
@@ -279,7 +287,6 @@ def _legend(nested: NestedMap, g: Geometry) -> str:
     return "".join(parts)
 
 
-def _few(labels: list[str]) -> list[tuple[int, str]]:
-    """Return the first, a middle and the last label with their places: more would crowd."""
-    last = len(labels) - 1
-    return [(i, labels[i]) for i in sorted({0, last // 2, last})]
+def _few(ticks: list[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Return the first, a middle and the last label: more would crowd."""
+    return [ticks[i] for i in sorted({0, (len(ticks) - 1) // 2, len(ticks) - 1})]

@@ -1,73 +1,204 @@
-"""A controller's network as a small SVG."""
+"""A controller's network as a small SVG, and a style that shows in it what the neurons do.
+
+The picture is drawn once per robot. What changes while the robot moves is a style of one short rule per
+neuron: a twentieth of the picture, and the browser draws nothing anew but colours and lengths.
+"""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from engine.controller import N_OUTPUTS, Controller
+import numpy as np
+
+from engine import servo
+from engine.controller import ConnectionGene, Controller
+from engine.network import Network
 
 WIDTH = 300
 POSITIVE, NEGATIVE = "#5aa9e6", "#e6786e"
+REST, ACTIVE = (58, 66, 80), (255, 214, 92)
+"""Colours of a neuron at 0 and at 1."""
+ROW = 13.0
+_INPUTS, _HIDDEN, _OUTPUTS = 76.0, (104.0, 158.0), 186.0
+_BAR = (194.0, 40.0)
+"""Where an output's bar begins and how long it is at 1."""
+_VALUE = 240.0
+_FREQUENCIES = [f"{f:g} Hz" for f in servo.FREQUENCIES]
+_PHASES = [f"{round(np.degrees(p) / 90) * 90}°" for p in servo.PHASES]
 
 
-def render(controller: Controller, n_modules: int, input_names: Sequence[str]) -> str:
-    """Return the expressed network: inputs left, hidden nodes, frequency and phase of each module.
+class NetworkDiagram:
+    """Draws the network of one robot.
 
     Args:
         controller: the network.
         n_modules: how many modules it drives; the other outputs are not drawn.
         input_names: what its inputs are called.
+        head_is_end: whether the last module is the head, which the first pair of outputs drives.
     """
-    outputs = list(range(2 * n_modules))
-    links = [c for c in controller.connections if c.enabled]
-    hidden = _needed(links, outputs)
-    links = [c for c in links if c.target in {*hidden, *outputs}]
-    inputs = [-1 - i for i in range(controller.n_inputs)]
-    height = max(90, 13 * len(outputs) + 8)
-    place: dict[int, tuple[float, float]] = {}
-    for x, column in ((62.0, inputs), (150.0, hidden), (242.0, outputs)):
-        for k, node in enumerate(column):
-            # hidden nodes that feed hidden nodes sit a little apart
-            shift = (k % 3 - 1) * 16 if column is hidden else 0
-            place[node] = (x + shift, height * (k + 0.5) / len(column))
-    parts = [
-        f'<svg class="ta-network" viewBox="0 0 {WIDTH} {height}" width="100%"'
-        ' style="display:block;font:9px system-ui,sans-serif">'
-    ]
-    for c in links:
-        (x1, y1), (x2, y2) = place[c.source], place[c.target]
+
+    def __init__(
+        self, controller: Controller, n_modules: int, input_names: Sequence[str], *, head_is_end: bool
+    ) -> None:
+        self.network = Network(controller, n_modules)
+        self._controller = controller
+        self._names = input_names
+        order = range(n_modules, 0, -1) if head_is_end else range(1, n_modules + 1)
+        self.modules = tuple(order)
+        """Per pair of outputs the number of the module that it drives."""
+
+    def render(self) -> str:
+        """Return the picture: inputs left, hidden nodes, frequency and phase of each module right."""
+        network = self.network
+        place = self._places()
+        drawn = {*network.levels, *network.outputs}
+        height = max(place[k][1] for k in place) + ROW
+        bias = {n.key: n.bias for n in self._controller.nodes}
+        names = {-1 - k: name for k, name in enumerate(self._names)}
+        parts = [
+            f'<svg class="ta-network" viewBox="0 0 {WIDTH} {height:.0f}" width="100%"'
+            ' style="display:block;font:9px system-ui,sans-serif;font-variant-numeric:tabular-nums">'
+            "<style>.ta-network circle{transition:fill .1s linear}"
+            ".ta-network .bar{transition:transform .1s linear;transform:scaleX(0)}"
+            ".ta-network .opt{opacity:0}</style>"
+        ]
+        links = [c for c in self._controller.connections if c.enabled and c.target in drawn]
+        parts += [_link(c, place, names) for c in sorted(links, key=lambda c: abs(c.weight))]
+        for key, (x, y) in place.items():
+            hint = f"{names[key]}" if key < 0 else f"node {key}, bias {bias[key]:.3f}"
+            parts.append(
+                f'<circle class="n{key}" cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{_hex(REST)}"'
+                f' stroke="currentColor" stroke-opacity="0.45"><title>{html.escape(hint)}</title></circle>'
+            )
+            if key < 0:
+                parts.append(
+                    f'<text x="{x - 8}" y="{y + 3:.1f}" text-anchor="end" fill="currentColor">'
+                    f"{html.escape(names[key])}</text>"
+                )
+        parts += [self._module(k, place) for k in range(len(self.modules))]
+        parts.append("</svg>")
+        return "".join(parts)
+
+    def style(self, neurons: Mapping[int, float]) -> str:
+        """Return the rules that colour the neurons, stretch the outputs' bars and show what they choose.
+
+        Args:
+            neurons: activation by key, in [0, 1]; empty while the network has no say.
+        """
+        rules = []
+        for key, value in neurons.items():
+            rules.append(f".n{key}{{fill:{_blend(value)}}}")
+            if key in self.network.outputs:
+                rules.append(f".b{key}{{transform:scaleX({value:.2f})}}")
+                options = servo.PHASES if key % 2 else servo.FREQUENCIES
+                chosen = int(np.flatnonzero(options == servo.pick(options, np.array(value)))[0])
+                rules.append(f".o{key}-{chosen}{{opacity:1}}")
+        return "".join(f".ta-network {rule}" for rule in rules)
+
+    def _places(self) -> dict[int, tuple[float, float]]:
+        """Return where each node is: hidden ones from left to right by how far they are from the inputs."""
+        levels, outputs = self.network.levels, self.network.outputs
+        deepest = max(levels.values(), default=1)
+        height = max(ROW * len(outputs), 18.0 * len(self._names), 70.0)
+        place = {-1 - k: (_INPUTS, height * (k + 0.5) / len(self._names)) for k in range(len(self._names))}
+        left, right = _HIDDEN
+        for k, (key, level) in enumerate(levels.items()):
+            x = (left + right) / 2 if deepest == 1 else left + (right - left) * (level - 1) / (deepest - 1)
+            # nodes of one level stand a little apart, so that their links can be told apart
+            x += (k % 3 - 1) * 7 if deepest == 1 else (k % 2 - 0.5) * 6
+            place[key] = (x, height * (k + 0.5) / len(levels))
+        return place | {key: (_OUTPUTS, height * (key + 0.5) / len(outputs)) for key in outputs}
+
+    def _module(self, k: int, place: Mapping[int, tuple[float, float]]) -> str:
+        """Return what stands right of a pair of outputs: bars with the choices' limits, choices, number."""
+        start, full = _BAR
+        parts = []
+        for key, options in ((2 * k, _FREQUENCIES), (2 * k + 1, _PHASES)):
+            y = place[key][1]
+            parts.append(
+                f'<rect x="{start}" y="{y - 3:.1f}" width="{full}" height="6" rx="1" fill="currentColor"'
+                f' fill-opacity="0.13"/><rect class="bar b{key}" x="{start}" y="{y - 3:.1f}" width="{full}"'
+                f' height="6" rx="1" fill="{_hex(ACTIVE)}" style="transform-origin:{start}px 0"/>'
+            )
+            for i in range(1, len(options)):
+                x = start + full * i / len(options)
+                parts.append(
+                    f'<path d="M{x:.1f} {y - 3:.1f}v6" stroke="currentColor" stroke-opacity="0.55"'
+                    ' stroke-width="0.8"/>'
+                )
+            parts += [
+                f'<text class="opt o{key}-{i}" x="{_VALUE}" y="{y + 3:.1f}" fill="currentColor">'
+                f"{option}</text>"
+                for i, option in enumerate(options)
+            ]
+        y = (place[2 * k][1] + place[2 * k + 1][1]) / 2
+        head = ' style="font-weight:700"' if k == 0 else ""
+        what = f"module {self.modules[k]}" + (", the head" if k == 0 else "")
         parts.append(
-            f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
-            f' stroke="{POSITIVE if c.weight > 0 else NEGATIVE}" stroke-opacity="0.75"'
-            f' stroke-width="{min(0.4 + 0.5 * abs(c.weight), 3):.2f}">'
-            f"<title>{c.source} to {c.target}: {c.weight:.3f}</title></line>"
+            f'<path d="M275 {place[2 * k][1] - 4:.1f}h3v{place[2 * k + 1][1] - place[2 * k][1] + 8:.1f}h-3"'
+            ' fill="none" stroke="currentColor" stroke-opacity="0.4"/>'
+            f'<text x="282" y="{y + 3:.1f}" fill="currentColor"{head}>{self.modules[k]}<title>{what}</title>'
+            "</text>"
         )
-    bias = {n.key: n.bias for n in controller.nodes}
-    for node, (x, y) in place.items():
-        hint = f"node {node}, bias {bias[node]:.3f}" if node in bias else f"input {node}"
-        parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#8b93a1" stroke="currentColor"'
-            f' stroke-opacity="0.4"><title>{hint}</title></circle>'
-        )
-    for k, node in enumerate(inputs):
-        x, y = place[node]
-        name = html.escape(input_names[k])
-        parts.append(f'<text x="{x - 8}" y="{y + 3}" text-anchor="end" fill="currentColor">{name}</text>')
-    for node in outputs:
-        x, y = place[node]
-        kind = "phase" if node % 2 else "freq."
-        parts.append(f'<text x="{x + 8}" y="{y + 3}" fill="currentColor">{node // 2 + 1} {kind}</text>')
-    parts.append("</svg>")
-    return "".join(parts)
+        return "".join(parts)
 
 
-def _needed(links: list, outputs: list[int]) -> list[int]:
-    """Return the hidden nodes that some drawn output depends on, those nearest the inputs first."""
-    found: dict[int, None] = {}
-    frontier = outputs
-    while frontier:
-        sources = [c.source for c in links if c.target in frontier and c.source >= N_OUTPUTS]
-        frontier = [s for s in dict.fromkeys(sources) if s not in found]
-        found |= dict.fromkeys(frontier)
-    return list(reversed(found))
+def legend() -> str:
+    """Return what the lines, circles and bars mean."""
+
+    def line(color: str, width: float) -> str:
+        return (
+            f'<svg width="20" height="8" style="vertical-align:middle"><path d="M1 4h18" stroke="{color}"'
+            f' stroke-width="{width:.1f}"/></svg>'
+        )
+
+    return (
+        '<div class="ta-network-legend"'
+        ' style="font-size:11px;line-height:1.7;opacity:.75;padding:2px 10px 4px">'
+        f"{line(POSITIVE, 1.8)} excites {line(NEGATIVE, 1.8)} inhibits · weight"
+        f" {line('currentColor', _width(0.5))} 0.5 {line('currentColor', _width(2.0))} 2"
+        f" {line('currentColor', _width(5.0))} 5<br>"
+        f'<span style="color:{_hex(ACTIVE)}">●</span> active'
+        f' <span style="color:{_hex(REST)}">●</span> at rest'
+        " · bars: frequency and phase of each module, in the numbers of the picture, the head first</div>"
+    )
+
+
+def sensed_line(names: Sequence[str], sensed: Sequence[float] | np.ndarray | None) -> str:
+    """Return what the inputs are at the moment, as HTML; None while the network has no say."""
+    if sensed is None:
+        what = "the robot settles: the network has no say yet"
+    else:
+        what = " · ".join(
+            f"{html.escape(name)} <b>{value:.2f}</b>" for name, value in zip(names, sensed, strict=True)
+        )
+    return (
+        '<div class="ta-sensed"'
+        ' style="font-size:11.5px;padding:3px 10px 0;font-variant-numeric:tabular-nums">'
+        f'<span style="opacity:.65">senses</span> {what}</div>'
+    )
+
+
+def _link(c: ConnectionGene, place: Mapping[int, tuple[float, float]], names: Mapping[int, str]) -> str:
+    (x1, y1), (x2, y2) = place[c.source], place[c.target]
+    source = html.escape(names.get(c.source, str(c.source)))
+    return (
+        f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
+        f' stroke="{POSITIVE if c.weight > 0 else NEGATIVE}" stroke-opacity="0.75"'
+        f' stroke-width="{_width(c.weight):.2f}">'
+        f"<title>{source} to {c.target}: {c.weight:.3f}</title></line>"
+    )
+
+
+def _width(weight: float) -> float:
+    return min(0.4 + 0.5 * abs(weight), 3.0)
+
+
+def _blend(part: float) -> str:
+    part = min(max(part, 0.0), 1.0)
+    return _hex([round(a + (b - a) * part) for a, b in zip(REST, ACTIVE, strict=True)])
+
+
+def _hex(color: Sequence[int]) -> str:
+    return "#" + "".join(f"{c:02x}" for c in color)

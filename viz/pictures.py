@@ -13,7 +13,7 @@ from viz.coloring import FITNESS, Coloring
 from viz.heatmap import Heatmap, Ring, Tile
 from viz.maps import Content, Elite
 from viz.nested import NestedMap
-from viz.scale import Scale
+from viz.scale import Palette, Scale
 from viz.views import View
 
 
@@ -74,6 +74,28 @@ class Picture:
         return Heatmap(axes=(x, y), ring=ring, fresh=self.fresh, **common)  # type: ignore[arg-type]
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Shown:
+    """A view, what it is of and the elites that it shows."""
+
+    view: View
+    content: Content
+    outer: Cell | None
+    sources: Mapping[Cell, Cell]
+    elites: Mapping[Cell, Elite]
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return tuple(self.content.axes[a] for a in self.view.axes)
+
+    @classmethod
+    def of(cls, view: View, content: Content, chosen: int | None) -> _Shown:
+        outer = outer_cell(content, chosen) if view.kind == "section" else None
+        sources = view.cells(content, outer)
+        elites = {cell: content.elites[source] for cell, source in sources.items()}
+        return cls(view, content, outer, sources, elites)
+
+
 def pictures(
     contents: Mapping[str, Content],
     views: Sequence[View],
@@ -81,8 +103,10 @@ def pictures(
     *,
     chosen: int | None = None,
     before: Sequence[Picture] = (),
+    palette: Palette = Palette(),  # noqa: B008  it cannot be changed
+    fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
 ) -> list[Picture]:
-    """Return the pictures of some views.
+    """Return the pictures of some views, all of one scale.
 
     Args:
         contents: the archives by name.
@@ -91,30 +115,36 @@ def pictures(
         chosen: number of the chosen robot: a section lies within the cell that it holds, or else
             within that of the best robot.
         before: the pictures of an earlier generation: cells that have been won since are fresh.
+        palette: how to colour.
+        fitted_to: the archives, and their colouring, that an automatic scale fits; None for the shown
+            ones. With a run's last generation the colours of all others mean the same.
     """
-    shown: list[tuple[View, Content, Cell | None, dict[Cell, Cell], dict[Cell, Elite], tuple[Axis, ...]]] = []
-    for view in views:
-        content = contents[view.archive]
-        outer = outer_cell(content, chosen) if view.kind == "section" else None
-        sources = view.cells(content, outer)
-        elites = {cell: content.elites[source] for cell, source in sources.items()}
-        shown.append((view, content, outer, sources, elites, tuple(content.axes[a] for a in view.axes)))
-    values = [coloring.values(axes, elites) for _, _, _, _, elites, axes in shown]
-    scale = coloring.scale(_all_values(coloring, contents) or [v for known in values for v in known.values()])
-    fallback = FITNESS.scale(_all_values(FITNESS, contents))
+    shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
+    values = [coloring.values(s.axes, s.elites) for s in shown]
+    reference, by = fitted_to or (contents, coloring)
+    scale = palette.apply(
+        coloring.scale(_values(reference, by, views, chosen)),
+        _values(contents, coloring, views, chosen),
+        lengths=coloring.lengths,
+    )
+    fallback = palette.apply(
+        FITNESS.scale(_values(reference, FITNESS, views, chosen)),
+        _values(contents, FITNESS, views, chosen),
+        lengths=True,
+    )
     drawn = []
-    for (view, content, outer, sources, elites, axes), known in zip(shown, values, strict=True):
+    for s, known in zip(shown, values, strict=True):
         picture = Picture(
-            view=view,
-            axes=axes,
-            outer=outer,
-            elites=elites,
-            sources=sources,
-            title=view.title(content.axes, outer),
-            figures=_figures(view, content, axes, elites),
-            tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in elites.items()},
-            values=known or FITNESS.values(axes, elites),
-            scale=scale if known or not elites else fallback,
+            view=s.view,
+            axes=s.axes,
+            outer=s.outer,
+            elites=s.elites,
+            sources=s.sources,
+            title=s.view.title(s.content.axes, s.outer),
+            figures=_figures(s.view, s.content, s.axes, s.elites),
+            tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in s.elites.items()},
+            values=known or FITNESS.values(s.axes, s.elites),
+            scale=scale if known or not s.elites else fallback,
         )
         drawn.append(_with_fresh(picture, before))
     return drawn
@@ -128,8 +158,15 @@ def outer_cell(content: Content, chosen: int | None) -> Cell | None:
     return None if cell is None else cell[:-2]
 
 
-def _all_values(coloring: Coloring, contents: Mapping[str, Content]) -> list[float]:
-    return [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
+def _values(
+    contents: Mapping[str, Content], coloring: Coloring, views: Sequence[View], chosen: int | None
+) -> list[float]:
+    """Return all values of some archives, or if a colouring has none of whole archives, those of views."""
+    whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
+    if whole:
+        return whole
+    shown = [_Shown.of(view, contents[view.archive], chosen) for view in views if view.archive in contents]
+    return [v for s in shown for v in coloring.values(s.axes, s.elites).values()]
 
 
 def _hint(elite: Elite, coloring: Coloring, value: float | None) -> str:
@@ -149,10 +186,14 @@ def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mappi
 
 
 def _with_fresh(picture: Picture, before: Sequence[Picture]) -> Picture:
-    """Mark the cells that another robot held before, unless the cells mean something else now."""
+    """Mark the cells that another robot held before; if the axes have moved, the robots not there before."""
     old = next((p for p in before if p.view == picture.view), None)
-    if old is None or (old.axes, old.outer) != (picture.axes, picture.outer):
+    if old is None or old.outer != picture.outer:
         return picture
-    numbers = {cell: e.number for cell, e in old.elites.items()}
-    fresh = frozenset(c for c, e in picture.elites.items() if numbers.get(c) != e.number)
+    if old.axes == picture.axes:
+        numbers = {cell: e.number for cell, e in old.elites.items()}
+        fresh = frozenset(c for c, e in picture.elites.items() if numbers.get(c) != e.number)
+    else:
+        known = {e.number for e in old.elites.values()}
+        fresh = frozenset(c for c, e in picture.elites.items() if e.number not in known)
     return dataclasses.replace(picture, fresh=fresh)

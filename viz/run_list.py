@@ -7,9 +7,9 @@ import html
 from collections.abc import Collection, Sequence
 from typing import Final, Literal
 
-State = Literal["live", "finished", "stopped"]
+State = Literal["live", "finished", "paused", "stopped"]
 
-_COLORS: Final = {"live": "#36b3a0", "stopped": "#e0a458"}
+_COLORS: Final = {"live": "#36b3a0", "paused": "#e0a458", "stopped": "#e0a458"}
 _STYLE: Final = (
     "<style>.ta-runs button{display:block;width:100%;border:0;color:inherit;font:inherit;text-align:left;"
     "cursor:pointer;background:none;border-radius:5px;padding:5px 8px}"
@@ -36,7 +36,8 @@ class RunFacts:
         task, algorithm: from its configuration.
         n_evaluations: finished ones.
         best: its best f_s in m, None if there is none yet.
-        state: whether it is being written, is complete, or neither.
+        date: of its beginning, such as 2026-11-24.
+        state: whether it is being written, is complete, was paused by its user, or none of these.
         problem: why it cannot be shown, in which case nothing else is known.
     """
 
@@ -44,6 +45,7 @@ class RunFacts:
     algorithm: str = ""
     n_evaluations: int = 0
     best: float | None = None
+    date: str = ""
     state: State = "stopped"
     problem: str | None = None
 
@@ -137,9 +139,10 @@ def _row(
         best, details = "", f'<span style="color:#ff7b72">{html.escape(facts.problem)}</span>'
     else:
         best = "" if facts.best is None else f"{100 * facts.best:.2f} cm"
+        date = f" · {html.escape(facts.date)}" if facts.date else ""
         details = (
-            f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations} evaluations"
-            f" · {state_markup(facts.state)}"
+            f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations:,}"
+            f" evaluations{date} · {state_markup(facts.state)}"
         )
     return (
         f'<button type="button" role="{role}" {state}="{str(chosen).lower()}" data-c="run:{index}"'

@@ -76,6 +76,37 @@ class Scale:
         return text.replace("f_s", subscript, 1) + "</tspan>" if "f_s" in text else text
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Palette:
+    """How a user wants maps to be coloured, whatever the colours stand for.
+
+    Attributes:
+        colormap: one of ``theme.MAPS``.
+        limits: ends of the scale of fitnesses in cm, the first one below the second; None to fit the maps.
+    """
+
+    colormap: str = "viridis"
+    limits: tuple[float, float] | None = None
+
+    def apply(self, scale: Scale, shown: Collection[float], *, lengths: bool) -> Scale:
+        """Return a scale as the user wants it.
+
+        Args:
+            scale: that fits the maps.
+            shown: the values to be coloured; the scale says if some lie beyond its ends.
+            lengths: whether they are fitnesses in cm, which the limits are for.
+        """
+        low, high = self.limits if self.limits and lengths else (scale.low, scale.high)
+        return dataclasses.replace(
+            scale,
+            low=low,
+            high=high,
+            below=min(shown, default=low) < low,
+            above=max(shown, default=high) > high,
+            colormap=self.colormap,
+        )
+
+
 def color_limits(values: Collection[float]) -> tuple[float, float]:
     """Return the ends of a scale for values in cm, rounded outwards to whole centimetres.
 

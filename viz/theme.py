@@ -18,8 +18,14 @@ HEAD_ROD: Final = (54, 199, 178)
 NODE: Final = (120, 128, 140)
 CABLE_SLACK: Final = (48, 60, 80)
 CABLE_TAUT: Final = (92, 156, 222)
+CABLE: Final = (84, 116, 156)
+"""A passive cable whose tension is not shown."""
 SERVO_SLACK: Final = (112, 74, 48)
 SERVO_TAUT: Final = (255, 160, 64)
+SERVO_CABLE: Final = (196, 124, 60)
+"""An internal cable whose tension is not shown."""
+CONTACT: Final = (255, 214, 92)
+NUMBER: Final = (226, 232, 240)
 TARGET: Final = (46, 204, 224)
 TRAIL: Final = (255, 93, 143)
 

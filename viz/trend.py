@@ -1,100 +1,217 @@
-"""Best fitness and QD score over evaluations, as SVG."""
+"""Best and mean f_s, QD score and coverage over evaluations as four small diagrams in one SVG."""
 
 from __future__ import annotations
 
+import dataclasses
 import html
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Final
 
-from engine.reader import Generation
+from engine.reader import ArchiveFigures, Generation
 
-WIDTH, HEIGHT = 376, 120
-LEFT, RIGHT, TOP, BOTTOM = 34, 42, 14, 22
-BEST_COLOR, QD_COLOR = "#36b3a0", "#e0a458"
+WIDTH: Final = 396
+COLUMN, ROW = 206, 72
+PLOT_WIDTH, PLOT_HEIGHT = 158, 40
+LEFT, TOP, BOTTOM = 30, 20, 14
+COLORS: Final = ("#2fa592", "#d08b34")
+"""Of the first and of the second archive: legible on dark and on light ground."""
+MAX_POINTS: Final = 160
+"""Generations that are drawn; more would lie on the same pixels."""
 
 
-def render(generations: Sequence[Generation], archive: str, shown: int | None = None) -> str:
-    """Return the trend of an archive as SVG.
+@dataclasses.dataclass(frozen=True, slots=True)
+class Measure:
+    """One of the diagrams.
+
+    Attributes:
+        name: its title.
+        unit: of its values.
+        of: the value of an archive's figures, None if there is none.
+        digits: after the point, of values for people.
+    """
+
+    name: str
+    unit: str
+    of: Callable[[ArchiveFigures], float | None]
+    digits: int
+
+    def text(self, value: float | None) -> str:
+        """Return a value for people."""
+        return "–" if value is None else f"{value:.{self.digits}f}"
+
+
+MEASURES: Final = (
+    Measure("best f_s", "cm", lambda f: _times_100(f.best), 2),
+    Measure("mean f_s", "cm", lambda f: _times_100(f.mean), 2),
+    Measure("QD score", "cm", lambda f: _times_100(f.qd_score), 0),
+    Measure("coverage", "%", lambda f: _times_100(f.coverage), 0),
+)
+
+
+def render(generations: Sequence[Generation], shown: int | None = None) -> str:
+    """Return the trends of all archives of a run as SVG.
 
     Args:
         generations: all of them, in order.
-        archive: whose figures.
-        shown: number of the generation that the maps show, to be marked.
+        shown: number of the generation that the maps show: it is marked, and titles give its values.
     """
-    points = [
-        (g.n_evaluations, 100 * f.best, 100 * f.qd_score, g.number)
-        for g in generations
-        if (f := g.archives.get(archive)) is not None and f.best is not None
-    ]
-    head = (
-        f'<svg class="ta-trend" viewBox="0 0 {WIDTH} {HEIGHT}" width="100%"'
-        ' style="display:block;font:10px system-ui,sans-serif">'
-    )
+    archives = sorted(
+        {name for g in generations for name, f in g.archives.items() if f.best is not None},
+        key=lambda name: (name != "morphology", name),
+    )[: len(COLORS)]
+    points = [g for g in generations if any(_known(g, name) for name in archives)]
     if not points:
-        return head + (
-            f'<text x="{WIDTH / 2}" y="{HEIGHT / 2}" text-anchor="middle" fill="currentColor"'
-            ' fill-opacity="0.7">the trend begins with the first generation</text></svg>'
+        return (
+            f'<svg class="ta-trend" viewBox="0 0 {WIDTH} 60" width="100%" style="display:block;font:10px'
+            f' system-ui,sans-serif"><text x="{WIDTH / 2}" y="34" text-anchor="middle" fill="currentColor"'
+            ' fill-opacity="0.75">the trends begin with the first generation</text></svg>'
         )
-    x_max = points[-1][0]
-    x_min = 0 if len(points) == 1 else points[0][0]
-    best = _Scale([p[1] for p in points])
-    qd = _Scale([p[2] for p in points])
-
-    def x(n: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * (n - x_min) / max(x_max - x_min, 1)
-
-    parts = [head]
-    for part in (0.0, 0.5, 1.0):
-        y = TOP + (HEIGHT - TOP - BOTTOM) * (1 - part)
-        parts.append(
-            f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y}" y2="{y}" stroke="currentColor"'
-            ' stroke-opacity="0.15"/>'
-            f'<text x="{LEFT - 4}" y="{y + 3}" text-anchor="end" fill="{BEST_COLOR}">'
-            f"{best.label(part)}</text>"
-            f'<text x="{WIDTH - RIGHT + 4}" y="{y + 3}" fill="{QD_COLOR}">{qd.label(part)}</text>'
-        )
-    for n, anchor in ((x_min, "start"), (x_max, "end")):
-        parts.append(
-            f'<text x="{x(n)}" y="{HEIGHT - 8}" text-anchor="{anchor}" fill="currentColor"'
-            f' fill-opacity="0.75">{n}</text>'
-        )
-    parts.append(
-        f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 8}" text-anchor="middle"'
-        f' fill="currentColor">evaluations · {html.escape(archive)} archive</text>'
-    )
-    for k, (scale, color) in enumerate(((best, BEST_COLOR), (qd, QD_COLOR))):
-        line = " ".join(f"{x(p[0]):.1f},{scale.y(p[1 + k]):.1f}" for p in points)
-        parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="1.8"/>')
-        if len(points) == 1:
-            parts.append(
-                f'<circle cx="{x(points[0][0])}" cy="{scale.y(points[0][1 + k])}" r="2.5" fill="{color}"/>'
-            )
-    for p in points:
-        if p[3] == shown:
-            parts.append(
-                f'<line x1="{x(p[0]):.1f}" x2="{x(p[0]):.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"'
-                ' stroke="currentColor" stroke-opacity="0.5" stroke-dasharray="3 2"/>'
-            )
-    parts.append(
-        f'<text x="{LEFT}" y="9" fill="{BEST_COLOR}">best f_s, cm</text>'
-        f'<text x="{WIDTH - RIGHT}" y="9" text-anchor="end" fill="{QD_COLOR}">QD score, cm</text></svg>'
-    )
+    now = next((g for g in points if g.number == shown), points[-1])
+    points = _thinned(points)
+    x = _across(points)
+    plots = [_plot(k, points, archives, now, x) for k in range(len(MEASURES))]
+    marks = "".join(
+        f"M{_corner(k)[0]} {_corner(k)[1]}v{PLOT_HEIGHT}" for k in range(len(MEASURES))
+    )  # of all diagrams together, to be moved along by the pointer
+    parts = [
+        f'<svg class="ta-trend" viewBox="0 0 {WIDTH} {2 * ROW + 30}" width="100%" style="display:block;'
+        'font:10px system-ui,sans-serif;font-variant-numeric:tabular-nums"'
+        f' data-plots="{";".join("{},{}".format(*_corner(k)) for k in range(len(MEASURES)))}"'
+        f' data-plot="{PLOT_WIDTH},{PLOT_HEIGHT}" data-points="{_table(points, archives, x)}">',
+        _legend(archives),
+        *plots,
+        f'<path class="ta-at" d="{marks}" stroke="currentColor" stroke-opacity="0.8" fill="none"'
+        ' visibility="hidden" pointer-events="none"/>',
+        "</svg>",
+    ]
     return "".join(parts)
 
 
-class _Scale:
-    """A vertical axis that holds its values with a little room."""
+def _plot(
+    k: int, points: Sequence[Generation], archives: Sequence[str], now: Generation, x: Callable[[int], float]
+) -> str:
+    measure, (left, top) = MEASURES[k], _corner(k)
+    series = {name: [(p, _value(p, name, measure)) for p in points] for name in archives}
+    y = _Scale([v for values in series.values() for _, v in values if v is not None], measure)
+    parts = []
+    for part in (0.0, 1.0):
+        line = top + PLOT_HEIGHT * (1 - part)
+        parts.append(
+            f'<line x1="{left}" x2="{left + PLOT_WIDTH}" y1="{line}" y2="{line}" stroke="currentColor"'
+            f' stroke-opacity="0.2"/><text x="{left - 4}" y="{line + 3}" text-anchor="end"'
+            f' fill="currentColor" fill-opacity="0.7" font-size="9">{y.label(part)}</text>'
+        )
+    at = left + x(now.n_evaluations)
+    parts.append(
+        f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{top + PLOT_HEIGHT}" stroke="currentColor"'
+        ' stroke-opacity="0.45" stroke-dasharray="3 2"/>'
+    )
+    title = html.escape(measure.name).replace("f_s", 'f<tspan dy="2" font-size="8">s</tspan>')
+    values = []
+    for name, color in zip(archives, COLORS, strict=False):
+        drawn = [(left + x(p.n_evaluations), top + y(v)) for p, v in series[name] if v is not None]
+        line_ = " ".join(f"{a:.1f},{b:.1f}" for a, b in drawn)
+        parts.append(
+            f'<polyline points="{line_}" fill="none" stroke="{color}" stroke-width="1.6"'
+            ' stroke-linejoin="round"/>'
+        )
+        current = _value(now, name, measure)
+        if current is not None:
+            parts.append(f'<circle cx="{at:.1f}" cy="{top + y(current):.1f}" r="2.4" fill="{color}"/>')
+        values.append(f'<tspan fill="{color}" font-weight="600"> {measure.text(current)}</tspan>')
+    back = '<tspan dy="-2"> </tspan>' if "f_s" in measure.name else ""
+    parts.append(
+        f'<text x="{left}" y="{top - 6}" fill="currentColor">{title}{back}{"".join(values)}'
+        f'<tspan fill-opacity="0.75"> {measure.unit}</tspan></text>'
+    )
+    if k >= len(MEASURES) - 2:
+        first, last = points[0].n_evaluations, points[-1].n_evaluations
+        ends = [(x(last), "end", f"{last} evaluations")]
+        if x(first) < PLOT_WIDTH / 4:
+            ends.append((x(first), "start", f"{first}"))
+        parts += [
+            f'<text x="{left + place:.1f}" y="{top + PLOT_HEIGHT + 12}" text-anchor="{anchor}"'
+            f' fill="currentColor" fill-opacity="0.7" font-size="9">{label}</text>'
+            for place, anchor, label in ends
+        ]
+    return "".join(parts)
 
-    def __init__(self, values: Sequence[float]) -> None:
+
+def _legend(archives: Sequence[str]) -> str:
+    if len(archives) < 2:
+        return ""
+    parts = [
+        f'<tspan fill="{color}">●</tspan> {html.escape(name)}{"  " if k == 0 else ""}'
+        for k, (name, color) in enumerate(zip(archives, COLORS, strict=True))
+    ]
+    return (
+        f'<text x="{WIDTH - 4}" y="{2 * ROW + 26}" text-anchor="end" fill="currentColor" fill-opacity="0.85"'
+        f' style="white-space:pre">{"".join(parts)}</text>'
+    )
+
+
+def _table(points: Sequence[Generation], archives: Sequence[str], x: Callable[[int], float]) -> str:
+    """Return places and hover cards of the generations as JSON, escaped for an attribute."""
+    rows = []
+    for p in points:
+        lines = [f"generation {p.number}, {p.n_evaluations} evaluations"]
+        for measure in MEASURES:
+            values = " · ".join(measure.text(_value(p, name, measure)) for name in archives)
+            lines.append(f"{measure.name} {values} {measure.unit}")
+        rows.append([round(x(p.n_evaluations), 1), "\n".join(lines)])
+    return html.escape(json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
+
+
+def _corner(k: int) -> tuple[int, int]:
+    """Return the upper left corner of a diagram."""
+    row, column = divmod(k, 2)
+    return LEFT + column * COLUMN, TOP + row * ROW
+
+
+def _across(points: Sequence[Generation]) -> Callable[[int], float]:
+    """Return where in a diagram a number of evaluations lies."""
+    first = points[0].n_evaluations if len(points) > 1 else 0
+    span = max(points[-1].n_evaluations - first, 1)
+    return lambda n: PLOT_WIDTH * (n - first) / span
+
+
+def _thinned(points: list[Generation]) -> list[Generation]:
+    """Return evenly many of them, the first and the last among them."""
+    if len(points) <= MAX_POINTS:
+        return points
+    step = (len(points) - 1) / (MAX_POINTS - 1)
+    return [points[round(k * step)] for k in range(MAX_POINTS)]
+
+
+def _known(generation: Generation, archive: str) -> bool:
+    return archive in generation.archives and generation.archives[archive].best is not None
+
+
+def _value(generation: Generation, archive: str, measure: Measure) -> float | None:
+    return measure.of(generation.archives[archive]) if archive in generation.archives else None
+
+
+def _times_100(value: float | None) -> float | None:
+    return None if value is None else 100 * value
+
+
+class _Scale:
+    """A vertical axis that holds its values, of which there is at least one, with a little room."""
+
+    def __init__(self, values: Sequence[float], measure: Measure) -> None:
         low, high = min(values), max(values)
         room = 0.06 * (high - low) or max(abs(high) * 0.1, 0.5)
         self.low, self.high = low - room, high + room
+        self._measure = measure
 
-    def y(self, value: float) -> float:
+    def __call__(self, value: float) -> float:
         part = (value - self.low) / (self.high - self.low)
-        return TOP + (HEIGHT - TOP - BOTTOM) * (1 - part)
+        return PLOT_HEIGHT * (1 - part)
 
     def label(self, part: float) -> str:
         value = self.low + part * (self.high - self.low)
-        digits = max(0, 2 - math.floor(math.log10(max(abs(value), 0.1))) - 1)
-        return f"{value:.{digits}f}"
+        digits = max(0, 1 - math.floor(math.log10(max(abs(value), 0.1))))
+        text = f"{value:.{min(digits, self._measure.digits)}f}"
+        return text.lstrip("-") if float(text) == 0 else text

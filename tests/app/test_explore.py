@@ -32,6 +32,6 @@ def test_a_browser_opens_only_where_there_is_a_screen(
         monkeypatch.delenv(name, raising=False)
     if display:
         monkeypatch.setenv("DISPLAY", display)
-    explore.explore([small_run], host="127.0.0.1", port=0, open_browser=wanted)
+    explore.explore([small_run], explore.Listening(port=0, open_browser=wanted))
     assert len(opened) == n
     assert all(address in capsys.readouterr().out for address in opened)

@@ -30,8 +30,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     how = (
         f"Printed flat, {1000 * net.size[0]:.0f} × {1000 * net.size[1]:.0f} mm"
         + ("" if net.fits else " (<b>larger than the stated print bed</b>: use a larger printer, or cords)")
-        + f"; {1000 * net.side:.2f} mm between the middles of two joined eyelets. The files in the folders net"
-        " (DXF, SVG) and parts (STL, 3MF) are at 1:1."
+        + f"; {1000 * net.side:.2f} mm between the middles of two joined eyelets. The folders net"
+        " (DXF, SVG) and parts (STL, 3MF) have it at 1:1."
         if printed
         else "The cables are cords: this net is not printed. It shows which cord goes where, and the faces."
     )

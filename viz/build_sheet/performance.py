@@ -74,7 +74,7 @@ def _spread_note(facts: Facts) -> str:
     noise = f"{1000 * facts.config.physics.servo_noise:.2f} mm"
     rate = 1 / facts.config.physics.control_period
     text = (
-        f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn anew {rate:.0f} times"
+        f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn {rate:.0f} times"
         " a second. "
     )
     mean = None if facts.robust is None else facts.robust.mean(number)
@@ -90,7 +90,7 @@ def _spread_note(facts: Facts) -> str:
         )
     return (
         text
-        + "This robot was not evaluated again under fresh noise, so that part of its f<sub>s</sub> may be luck:"
+        + "This robot was not evaluated again under fresh noise, so part of its f<sub>s</sub> may be luck:"
         " “tensatlas reevaluate” on the run, then exporting again, prints here what to expect."
     )
 

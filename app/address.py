@@ -1,0 +1,146 @@
+"""The address of what a browser shows: it can be shared, and brings back everybody's place after a reload.
+
+``?run=NAME&archive=morphology&cell=3,7&robot=112`` names a run as the list of runs does and a robot of it:
+by its cell, or exactly by its number, which what the app writes always has, because a live run may find a
+better robot for a cell. ``generation``, ``target``, ``seed`` and ``fresh`` (noise that it was not evaluated
+with) follow if they are not the usual ones; the last three count from 1, as the replay's panel does.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import json
+import re
+import urllib.parse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final, Self
+
+import viser
+
+from app.clicks import sender
+from app.run_picker import label_paths
+from app.viser_private import uuid_of
+from app.widgets import put_html, selector
+from engine.archive import Cell
+
+MAX_LENGTH: Final = 2000
+"""Characters of the longest query that is read."""
+_NUMBER: Final = re.compile(r"\d{1,9}")
+_CELL: Final = re.compile(r"\d{1,3}(,\d{1,3}){0,5}")
+_ARCHIVE: Final = re.compile(r"[a-z0-9-]{1,40}")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """What an address says; None is what it does not say.
+
+    Attributes:
+        run: name of a run.
+        archive: of the robot.
+        cell: of the archive.
+        robot: number of its evaluation.
+        generation: that the maps show; None for the last one.
+        target, repeat: the trial, counted from 0.
+        fresh: number of fresh noise, 0 for the evaluated one.
+    """
+
+    run: str | None = None
+    archive: str | None = None
+    cell: Cell | None = None
+    robot: int | None = None
+    generation: int | None = None
+    target: int = 0
+    repeat: int = 0
+    fresh: int = 0
+
+    @classmethod
+    def parse(cls, query: str) -> Self:
+        """Read a query, with or without its question mark; what is not well formed is left out."""
+        try:
+            pairs = urllib.parse.parse_qsl(query[:MAX_LENGTH].removeprefix("?"), max_num_fields=30)
+        except ValueError:
+            pairs = []
+        given = dict(pairs)
+
+        def number(key: str, least: int = 0) -> int | None:
+            text = given.get(key, "")
+            return int(text) if _NUMBER.fullmatch(text) and int(text) >= least else None
+
+        cell, archive = given.get("cell", ""), given.get("archive", "")
+        return cls(
+            run=given.get("run") or None,
+            archive=archive if _ARCHIVE.fullmatch(archive) else None,
+            cell=tuple(map(int, cell.split(","))) if _CELL.fullmatch(cell) else None,
+            robot=number("robot"),
+            generation=number("generation"),
+            target=(number("target", 1) or 1) - 1,
+            repeat=(number("seed", 1) or 1) - 1,
+            fresh=number("fresh") or 0,
+        )
+
+    def query(self) -> str:
+        """Return the query that ``parse`` reads as this place; empty if it says nothing."""
+        said = {
+            "run": self.run,
+            "archive": self.archive,
+            "cell": None if self.cell is None else ",".join(map(str, self.cell)),
+            "robot": self.robot,
+            "generation": self.generation,
+            "target": self.target + 1 if self.target else None,
+            "seed": self.repeat + 1 if self.repeat else None,
+            "fresh": self.fresh or None,
+        }
+        pairs = [(k, str(v)) for k, v in said.items() if v is not None]
+        return "?" + urllib.parse.urlencode(pairs, safe=",/") if pairs else ""
+
+
+def run_name(path: Path, paths: Sequence[Path]) -> str | None:
+    """Return the name of a run among those on offer."""
+    return next((label for label, p in label_paths(paths).items() if p == path), None)
+
+
+def find_run(name: str, paths: Sequence[Path]) -> Path | None:
+    """Return the run on offer that a name means, None if it means none; names are never used as paths."""
+    labels = label_paths(paths)
+    if name in labels:
+        return labels[name]
+    # when the address was written, there may have been fewer or more runs of the same name
+    end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
+    ways = [end[-n:] for n in range(len(end), 0, -1)]
+    return next((p for way in ways for p in paths if p.with_suffix("").parts[-len(way) :] == way), None)
+
+
+class AddressBar:
+    """Reads a browser's address once, when its page is there, and writes it from then on.
+
+    Args:
+        gui: of one client, at a place that is always on the page.
+        arrived: called with the place that the browser came for.
+    """
+
+    def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
+        self._known = False
+        channel = gui.add_text("address", "")
+        # visible=False would take it out of the page
+        style = f"<style>{selector(channel)}{{display:none}}</style>"
+        gui.add_html(style + _run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
+        self._writer = gui.add_html("")
+
+        @channel.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and not self._known:
+                self._known = True
+                arrived(Place.parse(str(event.target.value).rpartition("|")[0]))
+
+    def show(self, place: Place) -> None:
+        """Write an address, without a step in the browser's history."""
+        if self._known:  # or it would be gone before it was read
+            query = json.dumps(place.query())
+            put_html(self._writer, _run(f"history.replaceState(null,'',location.pathname+{query})"))
+
+
+def _run(script: str) -> str:
+    """Return HTML that runs a script: those inside added HTML do not, but the error of an image does."""
+    return f'<img alt="" src="data:," style="display:none" onerror="{html.escape(script)}">'

@@ -1,0 +1,87 @@
+"""The robots that one browser's user has put aside, from any runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Final
+
+from engine.errors import InvalidData
+from engine.export import export_files
+from engine.reader import RunReader
+
+MOST: Final = 50
+"""Robots that a basket holds; simulating them for their export takes minutes."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Item:
+    """A robot in the basket.
+
+    Attributes:
+        path: of its run.
+        number: of its evaluation.
+        modules: how many it has.
+        f_s: in cm, None if it has no fitness.
+    """
+
+    path: Path
+    number: int
+    modules: int
+    f_s: float | None
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return f"{self.path.stem}_robot_{self.number}"
+
+
+def added(basket: Iterable[Item], item: Item) -> tuple[Item, ...]:
+    """Return a basket with one more robot, at its end.
+
+    Raises:
+        InvalidData: it is there already, or the basket is full.
+    """
+    items = tuple(basket)
+    if any((i.path, i.number) == (item.path, item.number) for i in items):
+        raise InvalidData(f"Robot {item.number} of {item.path.stem} is in the basket already.")
+    if len(items) >= MOST:
+        raise InvalidData(f"The basket is full: it holds {MOST} robots. Download or clear it first.")
+    return (*items, item)
+
+
+def folder_names(basket: Iterable[Item]) -> list[str]:
+    """Return a folder name for each robot; runs of equal names in different folders are told apart."""
+    names: list[str] = []
+    for item in basket:
+        name, k = item.name, 2
+        while name in names:
+            name, k = f"{item.name}_{k}", k + 1
+        names.append(name)
+    return names
+
+
+def export_basket(
+    basket: Iterable[Item],
+    reader: Callable[[Path], RunReader],
+    progress: Callable[[str, int, int], None],
+) -> dict[str, bytes]:
+    """Return the exports of all robots, each in a folder of its own.
+
+    Args:
+        basket: the robots.
+        reader: returns the reader of a run.
+        progress: told before and after every robot how many of how many are done; what it raises ends it.
+
+    Raises:
+        TensAtlasError: a run is gone or a robot cannot be exported.
+    """
+    items = list(basket)
+    files: dict[str, bytes] = {}
+    for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
+        progress("exporting", k, len(items))
+        found = export_files(reader(item.path), item.number)
+        files |= {f"{folder}/{name}": content for name, content in found.items()}
+    progress("exporting", len(items), len(items))
+    return files

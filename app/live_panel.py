@@ -1,0 +1,120 @@
+"""What goes on inside the robot that is replayed: its network and its servos, in step with the replay."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import viser
+
+from app.widgets import put_html
+from engine.cables import contraction, internal_lengths
+from engine.config import RunConfig
+from engine.evaluation import Evaluation
+from engine.replay import Playable
+from engine.tasks import get_task
+from viz import network_diagram, servo_plot
+from viz.network_diagram import NetworkDiagram
+
+INTERVAL = 0.1
+"""Seconds between two updates while playing."""
+GROWTH_INTERVAL = 0.5
+"""Seconds between two pictures of the servos while the simulation is still at what they show."""
+SAMPLE_STEP = 3
+"""Frames between two samples of the servos' curves."""
+LONGEST_COMMAND = 0.2
+"""Metres: a servo whose cables are told to be longer is off."""
+
+
+class LivePanel:
+    """Shows network and servos of one robot; ``tick`` is to be called for every frame.
+
+    Args:
+        gui: of one client.
+        tabs: the group that gets a tab for each.
+    """
+
+    def __init__(self, gui: viser.GuiApi, tabs: viser.GuiTabGroupHandle) -> None:
+        with tabs.add_tab("Network", viser.Icon.SHARE):
+            self._network = gui.add_html("")
+            self._network_live = gui.add_html("")
+        with tabs.add_tab("Servos", viser.Icon.WAVE_SINE):
+            self._servos = gui.add_html("")
+            self._servos_live = gui.add_html("")
+        self._diagram: NetworkDiagram | None = None
+        self._names: tuple[str, ...] = ()
+        self._updated = 0.0
+        self._plotted: tuple[Playable, tuple[float, float]] | None = None
+        self._plotted_frames = 0
+        self._plotted_at = 0.0
+
+    def show_robot(self, config: RunConfig, evaluation: Evaluation) -> None:
+        """Draw another robot's network."""
+        solution = evaluation.solution
+        self._names = get_task(config.task).inputs
+        diagram = NetworkDiagram(
+            solution.controller,
+            solution.morphology.n_modules,
+            self._names,
+            head_is_end=evaluation.head_is_end,
+        )
+        self._network_live.content = ""
+        self._network.content = diagram.render() + network_diagram.legend()
+        self._diagram = diagram
+
+    def clear(self) -> None:
+        """Show no robot."""
+        self._diagram = self._plotted = None
+        for element in (self._network, self._network_live, self._servos, self._servos_live):
+            put_html(element, "")
+
+    def tick(self, replay: Playable, index: int, *, playing: bool) -> None:
+        """Show a frame; while playing, at most every ``INTERVAL``."""
+        now = time.monotonic()
+        if playing and now - self._updated < INTERVAL:
+            return
+        self._updated = now
+        frame = replay.frames[index]
+        self._show_network(frame.sensed)
+        self._show_servos(replay, frame.time, now)
+
+    def _show_network(self, sensed: np.ndarray | None) -> None:
+        diagram = self._diagram
+        if diagram is None or (sensed is not None and len(sensed) != len(self._names)):
+            return
+        neurons = {} if sensed is None else diagram.network.neurons(sensed)
+        put_html(
+            self._network_live,
+            f"<style>{diagram.style(neurons)}</style>{network_diagram.sensed_line(self._names, sensed)}",
+        )
+
+    def _show_servos(self, replay: Playable, moment: float, now: float) -> None:
+        page = servo_plot.page_of(moment, replay.start_time)
+        if self._plotted != (replay, page) or (
+            self._grows(replay, page) and now - self._plotted_at >= GROWTH_INTERVAL
+        ):
+            self._plot(replay, page)
+            self._plotted, self._plotted_at = (replay, page), now
+        put_html(self._servos_live, f"<style>{servo_plot.cursor_style(moment, page)}</style>")
+
+    def _grows(self, replay: Playable, page: tuple[float, float]) -> bool:
+        """Tell whether there are more frames for a picture than it shows."""
+        seen = self._plotted_frames
+        return seen < len(replay.frames) and replay.frames[seen - 1].time < page[1] - replay.frame_period
+
+    def _plot(self, replay: Playable, page: tuple[float, float]) -> None:
+        frames = replay.frames[: len(replay.frames)]
+        first, last = (max(round((t - replay.start_time) / replay.frame_period), 0) for t in page)
+        shown = frames[first : last + 1 : SAMPLE_STEP]
+        self._plotted_frames = len(frames)
+        commanded = np.array([f.lengths for f in shown])
+        told = contraction(commanded)
+        told[commanded.max(axis=-1) > LONGEST_COMMAND] = np.nan
+        picture = servo_plot.render(
+            np.array([f.time for f in shown]),
+            told,
+            contraction(internal_lengths(np.array([f.pose for f in shown]))),
+            page=page,
+            head=replay.head.module,
+        )
+        self._servos.content = picture + servo_plot.legend()

@@ -1,0 +1,169 @@
+"""What one browser takes along: connects the panel with the chosen robot, its replay and the basket."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from app import basket
+from app.actions import Actions
+from app.basket_panel import BasketPanel, Events
+from app.file_maker import File
+from app.library import Library
+from app.limits import SimulationBudget
+from app.recording import Progress, recording
+from app.state import Selection, SessionState
+from engine.errors import InvalidData
+from engine.reader import RunReader
+from engine.records import cell_name
+from engine.replay import Replay
+from engine.table import csv_bytes, elite_table
+from engine.tasks import get_task
+from engine.zip_file import zip_bytes
+
+VIDEO_PRICE = 5
+"""A video costs a visitor as much as so many replays."""
+NO_ROBOT = "Click a filled cell of a map first."
+
+
+class Takeaway:
+    """Makes the files that a user asks for.
+
+    Args:
+        client: the browser.
+        state: what it looks at.
+        library: the runs.
+        actions: of the browser.
+        budget: what it may have simulated.
+        moment: returns the moment of the replay that is shown, in s of the trial's clock.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        state: SessionState,
+        library: Library,
+        actions: Actions,
+        *,
+        budget: SimulationBudget,
+        moment: Callable[[], float],
+    ) -> None:
+        self._state, self._library, self._actions = state, library, actions
+        self._budget, self._moment = budget, moment
+        guarded = actions.guarded
+        self.panel = BasketPanel(
+            client,
+            actions,
+            Events(
+                record=guarded(self.record),
+                table=guarded(self.table),
+                add=guarded(self.add),
+                remove=guarded(self.remove),
+                clear=guarded(self.clear),
+                download=guarded(self.download),
+            ),
+        )
+
+    def close(self) -> None:
+        """Give up what is being made for a browser that has gone."""
+        self.panel.maker.cancel()
+
+    def add(self) -> None:
+        """Put the chosen robot into the basket.
+
+        Raises:
+            InvalidData: no robot is chosen, it is there already, or the basket is full.
+        """
+        reader, chosen = self._chosen()
+        e = chosen.evaluation
+        distance = get_task(reader.config.task).target_distance
+        item = basket.Item(
+            reader.path,
+            chosen.number,
+            e.solution.morphology.n_modules,
+            None if e.fitness is None else 100.0 * (distance - e.fitness),
+        )
+        self._put(basket.added(self._state.basket, item))
+
+    def remove(self, position: int) -> None:
+        """Take a robot out of the basket; a position that is none does nothing."""
+        self._put(tuple(item for k, item in enumerate(self._state.basket) if k != position))
+
+    def clear(self) -> None:
+        """Take all robots out."""
+        self._put(())
+
+    def download(self) -> None:
+        """Send the exports of all robots in the basket as one zip."""
+        items = self._state.basket
+        if not items:
+            raise InvalidData("The basket is empty; add the chosen robot first.")
+        seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
+
+        def make(progress: Progress) -> File:
+            name = "tensatlas_basket"
+            files = basket.export_basket(items, self._library.reader, progress)
+            return f"{name}.zip", zip_bytes(files, name)
+
+        self._start("the basket", make, seconds)
+
+    def record(self, kind: str) -> None:
+        """Send the trial that is shown as a page, a picture of the present moment or a video.
+
+        Raises:
+            InvalidData: no robot is chosen.
+        """
+        reader, chosen = self._chosen()
+        state, moment, run = self._state, self._moment(), reader.path.stem
+        # one of its own: what is played may be cancelled at any time
+        replay = Replay(
+            reader.config, chosen.evaluation, target=state.target, repeat=state.repeat, fresh=state.fresh
+        )
+        where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
+        name = f"{run}_robot_{chosen.number}_target_{state.target + 1}.{kind}"
+
+        def make(progress: Progress) -> File:
+            content = recording(
+                replay,
+                kind,
+                run=run,
+                where=where,
+                entered=chosen.entered,
+                at=moment,
+                progress=progress,
+            )
+            return name, content
+
+        self._start(name, make, self._seconds(reader) * (VIDEO_PRICE if kind == "mp4" else 1))
+
+    def table(self) -> None:
+        """Send the elites of the shown run as CSV."""
+        reader = self._reader()
+        name = f"{reader.path.stem}.csv"
+        self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
+
+    def _start(self, what: str, make: Callable[[Progress], File], seconds: float) -> None:
+        def paid(progress: Progress) -> File:
+            self._budget.spend(seconds)
+            return make(progress)
+
+        self.panel.maker.start(what, paid)
+
+    def _put(self, items: tuple[basket.Item, ...]) -> None:
+        self._state.basket = items
+        self.panel.show_basket(items)
+
+    def _seconds(self, reader: RunReader) -> float:
+        trials = reader.config.trials
+        return trials.settle_time + trials.trial_time
+
+    def _reader(self) -> RunReader:
+        if self._state.path is None:
+            raise InvalidData("Choose a run first.")
+        return self._library.reader(self._state.path)
+
+    def _chosen(self) -> tuple[RunReader, Selection]:
+        if self._state.selection is None:
+            raise InvalidData(NO_ROBOT)
+        return self._reader(), self._state.selection

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.address import Place, find_run, run_name
+
+PATHS = [Path("/a/one.tsmr"), Path("/a/two.tsmr"), Path("/b/two.tsmr"), Path("/b/my run.v2.tsmr")]
+number = st.none() | st.integers(0, 10**9 - 1)
+places = st.builds(
+    Place,
+    run=st.none() | st.text(min_size=1, max_size=60).filter(lambda t: t.isprintable()),
+    archive=st.none() | st.sampled_from(["morphology", "controller", "grid"]),
+    cell=st.none() | st.lists(st.integers(0, 999), min_size=1, max_size=6).map(tuple),
+    robot=number,
+    generation=number,
+    target=st.integers(0, 9),
+    repeat=st.integers(0, 9),
+    fresh=st.integers(0, 99),
+)
+
+
+@given(places)
+def test_an_address_brings_back_the_place_that_it_was_made_of(place: Place) -> None:
+    assert Place.parse(place.query()) == place
+
+
+def test_what_people_write_is_read() -> None:
+    place = Place.parse("?run=saved/a%20b&archive=morphology&cell=3,7&target=2&seed=1&utm=x")
+    assert place == Place(run="saved/a b", archive="morphology", cell=(3, 7), target=1)
+    assert place.query() == "?run=saved/a+b&archive=morphology&cell=3,7&target=2"
+    assert Place().query() == ""
+
+
+@given(st.text(max_size=200))
+def test_anything_else_is_left_out(text: str) -> None:
+    for key in ("cell", "robot", "generation", "target", "seed", "archive"):
+        place = Place.parse(f"?{key}={text}")
+        assert place.run is None
+        assert place.cell is None or all(0 <= i < 1000 for i in place.cell)
+        assert place.target >= 0
+    Place.parse(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["cell=-1,2", "cell=1,,2", "cell=1e3", "robot=-1", "target=0", "archive=../x"]
+)
+def test_impossible_values_are_left_out(text: str) -> None:
+    assert Place.parse(text) == Place()
+
+
+def test_a_run_is_found_by_its_name_in_the_list_and_never_by_a_path() -> None:
+    for path in PATHS:
+        name = run_name(path, PATHS)
+        assert name is not None
+        assert find_run(name, PATHS) == path
+        assert find_run(f"{name}.tsmr", PATHS) == path
+    assert find_run("two", PATHS) == PATHS[1]
+    assert find_run("c/one", PATHS) == PATHS[0]  # its folder was needed when the address was written
+    for name in ("none", "", "/", "../one/..", "a", "/etc/passwd"):
+        assert find_run(name, PATHS) is None

@@ -1,0 +1,139 @@
+"""What a server answers to whom, with real sockets and without a browser."""
+
+from __future__ import annotations
+
+import contextlib
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import msgspec
+import pytest
+import viser
+import zstandard
+from viser import _messages
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from app.access import Access
+from app.explore import serve_sessions
+from app.viser_private import Gate
+
+TOKEN = "a-token-of-the-test"
+N_CLIENTS = 20
+PROTOCOL = f"viser-v{viser.__version__}"
+
+
+class Session:
+    """Says hello."""
+
+    def __init__(self, client: viser.ClientHandle, _gate: Gate) -> None:
+        client.gui.add_markdown(f"hello {client.client_id}")
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+@contextlib.contextmanager
+def serving(access: Access) -> Iterator[int]:
+    with serve_sessions(Session, host="127.0.0.1", port=0, access=access) as server:
+        yield server.get_port()
+
+
+def open_socket(port: int, *, origin: str | None, query: str = "", cookie: str = "") -> ClientConnection:
+    return connect(
+        f"ws://127.0.0.1:{port}/{query}",
+        origin=origin,  # type: ignore[arg-type]
+        subprotocols=[PROTOCOL],  # type: ignore[list-item]
+        additional_headers={"Cookie": cookie} if cookie else {},
+        compression=None,
+        max_size=None,
+    )
+
+
+def get(url: str, cookie: str = "") -> tuple[int, dict[str, str], str]:
+    request = urllib.request.Request(url, headers={"Cookie": cookie} if cookie else {})
+
+    class Stay(urllib.request.HTTPRedirectHandler):
+        def redirect_request(self, *_: object) -> None:  # type: ignore[override]
+            return None
+
+    try:
+        answer = urllib.request.build_opener(Stay).open(request, timeout=20)
+    except urllib.error.HTTPError as e:
+        answer = e
+    with answer:
+        return answer.status, dict(answer.headers), answer.read().decode(errors="replace")
+
+
+def test_another_origin_is_refused_and_the_own_one_accepted() -> None:
+    with serving(Access()) as port:
+        for origin in ("http://evil.example", f"https://127.0.0.1:{port}.evil.example", "null"):
+            with pytest.raises(InvalidStatus) as refused:
+                open_socket(port, origin=origin)
+            assert refused.value.response.status_code == 403
+        for own in (f"http://127.0.0.1:{port}", None):
+            open_socket(port, origin=own).close()
+        status, headers, _ = get(f"http://127.0.0.1:{port}/")
+        assert status == 200
+        assert headers["X-Frame-Options"] == "SAMEORIGIN"
+
+
+def test_without_the_token_neither_page_nor_socket_is_answered() -> None:
+    with serving(Access(token=TOKEN)) as port:
+        own = f"http://127.0.0.1:{port}"
+        for query, cookie in (("", ""), ("?token=wrong", ""), ("", f"tensatlas_{port}=0")):
+            status, _, text = get(f"{own}/{query}", cookie)
+            assert status == 403
+            assert "wants its token" in text
+            with pytest.raises(InvalidStatus):
+                open_socket(port, origin=own, query=query, cookie=cookie)
+        status, headers, _ = get(f"{own}/?run=x&token={TOKEN}")
+        assert (status, headers["Location"]) == (303, "/?run=x")
+        cookie = headers["Set-Cookie"].partition(";")[0]
+        assert get(f"{own}/", cookie)[0] == 200
+        open_socket(port, origin=own, cookie=cookie).close()
+        open_socket(port, origin=None, query=f"?token={TOKEN}").close()
+        with pytest.raises(InvalidStatus):
+            open_socket(port, origin="http://evil.example", cookie=cookie)
+
+
+def test_twenty_clients_at_once_each_get_a_session_of_their_own() -> None:
+    with serving(Access()) as port:
+
+        def greeted(_: int) -> str:
+            with open_socket(port, origin=f"http://127.0.0.1:{port}") as socket:
+                say_camera(socket)
+                while True:
+                    for message in received(socket):
+                        if message["type"] == "GuiMarkdownMessage":
+                            return str(message["props"]["_markdown"])
+
+        with ThreadPoolExecutor(N_CLIENTS) as pool:
+            assert len(set(pool.map(greeted, range(N_CLIENTS)))) == N_CLIENTS
+
+
+def say_camera(socket: ClientConnection) -> None:
+    """Send what a browser sends first; a client exists from then on."""
+    camera = _messages.ViewerCameraMessage(
+        wxyz=(1.0, 0.0, 0.0, 0.0),
+        position=(1.0, 0.0, 0.0),
+        image_height=600,
+        image_width=800,
+        fov=1.0,
+        near=0.01,
+        far=100.0,
+        look_at=(0.0, 0.0, 0.0),
+        up_direction=(0.0, 0.0, 1.0),
+    )
+    socket.send(msgspec.msgpack.encode(camera.as_serializable_dict()))
+
+
+def received(socket: ClientConnection) -> list[dict]:
+    """Return the messages of the next packet."""
+    data = socket.recv(timeout=30)
+    assert isinstance(data, bytes)
+    size = int.from_bytes(data[8:16], "little")
+    inner = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+    return list(msgspec.msgpack.decode(inner)["messages"])

@@ -1,0 +1,95 @@
+"""The form without a browser: widgets of a real server, whose values are set as a browser would."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import viser
+
+from app.field_docs import field_docs
+from app.run_form import EVERYDAY, FieldError, RunForm, label_of
+from engine.algorithms.vie_neat import VieNeatConfig
+from engine.config import PRESETS, RunConfig
+from engine.evaluation import TrialConfig
+from engine.robot import Physics
+
+
+@pytest.fixture
+def form() -> Iterator[RunForm]:
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield RunForm(server.gui, server.gui.add_folder("New run"), lambda: None)
+    server.stop()
+
+
+def widget(form: RunForm, *path: str) -> Any:
+    return next(f.widget for f in form._fields if f.path == path)
+
+
+def test_every_field_of_the_configuration_is_asked_for_with_a_hint(form: RunForm) -> None:
+    asked = {f.path for f in form._fields}
+    for kind, prefix in ((RunConfig, ()), (TrialConfig, ("trials",)), (Physics, ("physics",))):
+        for field in dataclasses.fields(kind):
+            nested = prefix == () and field.name in ("trials", "physics", "vie_neat")
+            assert nested or (*prefix, field.name) in asked
+    for kind in (RunConfig, TrialConfig, Physics, VieNeatConfig):
+        assert set(field_docs(kind)) == {f.name for f in dataclasses.fields(kind)}
+    assert all(f.widget.hint for f in form._fields)
+    assert form.value().config == dataclasses.replace(PRESETS["quick"], seed=1)
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_a_preset_fills_the_form(form: RunForm, preset: str) -> None:
+    form._preset.value = preset
+    form._fill(None)  # type: ignore[arg-type]
+    assert form.value().config == dataclasses.replace(PRESETS[preset], seed=1)
+    widget(form, "evaluations").value = 5
+    assert form.value().config.initial == 5
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "field"),
+    [
+        (("evaluations",), -1, "Evaluations"),
+        (("batch_size",), 0, "Batch size"),
+        (("refit_generations",), "0, two", "Refit generations"),
+        (("physics", "friction"), "rough", "Friction"),
+        (("physics", "friction"), "-1", "friction"),
+        (("physics", "friction"), "nan", "friction"),
+        (("physics", "timestep"), "0.003", "control_period"),
+        (("physics", "timestep"), "0.02", "timestep"),
+        (("trials", "repeats"), 0, "repeats"),
+        (("trials", "trial_time"), "1e400", "trial_time"),
+        (("seed",), -5, "seed"),
+        (("cell_capacity",), 0, "cell"),
+    ],
+)
+def test_a_wrong_value_is_named_by_its_field_and_nothing_can_be_started(
+    form: RunForm, path: tuple[str, ...], value: Any, field: str
+) -> None:
+    before = widget(form, *path).value
+    widget(form, *path).value = value
+    with pytest.raises(FieldError) as error:
+        form.value()
+    assert "\n" not in str(error.value)
+    assert field.lower() in str(error.value).lower().replace("time step", "timestep") or (
+        error.value.field is not None and label_of(error.value.field.path[-1]) == field
+    )
+    form.check()
+    assert form.start.disabled
+    assert "ta-problem" in form._problem.content
+    if error.value.field is not None and error.value.field.path[0] not in EVERYDAY:
+        assert form._mark is not None
+    widget(form, *path).value = before
+    form.check()
+    assert not form.start.disabled
+    assert form._mark is None
+    assert form._problem.content == ""
+
+
+def test_a_name_that_is_none_for_a_file_is_said_so(form: RunForm) -> None:
+    form._name.value = "a/b"
+    with pytest.raises(FieldError, match="letters"):
+        form.value()

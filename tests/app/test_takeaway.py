@@ -1,0 +1,147 @@
+"""The basket and the making of files, without a browser."""
+
+import io
+import threading
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from app.actions import Actions
+from app.basket import MOST, Item, added, export_basket, folder_names
+from app.file_maker import FileMaker
+from engine.errors import ExportError, InvalidData
+from engine.reader import RunReader
+from engine.zip_file import zip_bytes
+from viz import basket_list
+
+
+def item(number, path="runs/a.tsmr"):
+    return Item(Path(path), number, 3, 1.5)
+
+
+def test_a_robot_is_in_the_basket_once_and_runs_of_equal_names_are_told_apart():
+    basket = added((), item(1))
+    with pytest.raises(InvalidData, match="Robot 1 of a is in the basket already"):
+        added(basket, item(1))
+    basket = added(added(basket, item(2)), item(1, "other/a.tsmr"))
+    assert folder_names(basket) == ["a_robot_1", "a_robot_2", "a_robot_1_2"]
+    with pytest.raises(InvalidData, match="is full"):
+        added([item(k) for k in range(MOST)], item(MOST))
+
+
+def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
+    told = []
+    with RunReader(small_run) as reader:
+        numbers = [e.solution.number for e in reader.all_evaluations() if e.fitness is not None][:2]
+        basket = [item(n, str(small_run)) for n in numbers]
+        files = export_basket(basket, lambda _: reader, lambda *a: told.append(a))
+    assert {name.split("/")[0] for name in files} == {f"small_robot_{n}" for n in numbers}
+    assert all(f"small_robot_{n}/genotype.json" in files for n in numbers)
+    assert told == [("exporting", k, 2) for k in range(3)]
+    with zipfile.ZipFile(io.BytesIO(zip_bytes(files, "basket"))) as packed:
+        assert packed.testzip() is None
+
+
+def test_names_of_runs_are_text_in_the_list():
+    shown = basket_list.render([("<b>&", 3, 2, None), ("a", 4, 10, -1.25)], "x()")
+    assert "<b>&" not in shown.replace("<b>3", "")
+    assert "&lt;b&gt;&amp;" in shown
+    assert 'data-c="basket:1"' in shown
+    assert "-1.2 cm" in shown
+    assert "empty" in basket_list.render([], "x()")
+
+
+class Widget:
+    def __init__(self, value="", visible=True):
+        self.value, self.content, self.visible = value, "", visible
+
+    def on_click(self, clicked):
+        self.clicked = clicked
+
+
+class Browser:
+    """What a file maker uses of a browser."""
+
+    def __init__(self):
+        self.gui, self.downloads, self.notices = self, [], []
+
+    def add_markdown(self, content, *, visible):
+        return Widget(content, visible)
+
+    def add_progress_bar(self, value, *, visible, animated):
+        self.bar = Widget(value, visible)
+        return self.bar
+
+    def add_button(self, label, *, icon, visible, hint):
+        self.cancel = Widget(label, visible)
+        return self.cancel
+
+    def send_file_download(self, name, content, *, save_immediately):
+        self.downloads.append((name, content))
+
+    def add_notification(self, title, body, *, auto_close_seconds):
+        self.notices.append((title, body))
+
+
+def finish(browser):
+    deadline = time.monotonic() + 20
+    while browser.bar.visible or not (browser.downloads or browser.notices):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def browser():
+    return Browser()
+
+
+def test_a_file_is_made_beside_everything_else_and_only_one_at_a_time(browser):
+    maker, go = FileMaker(browser, Actions(browser)), threading.Event()
+
+    def make(progress):
+        progress("drawing", 1, 2)
+        assert go.wait(20)
+        return "a.txt", b"1"
+
+    maker.start("a.txt", make)
+    with pytest.raises(InvalidData, match="Another file is being made"):
+        maker.start("b.txt", lambda _: ("b.txt", b"2"))
+    deadline = time.monotonic() + 20
+    while browser.bar.value != 50.0:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert browser.cancel.visible
+    go.set()
+    finish(browser)
+    assert browser.downloads == [("a.txt", b"1")]
+    browser.downloads.clear()
+    maker.start("b.txt", lambda _: ("b.txt", b"2"))
+    finish(browser)
+    assert browser.downloads == [("b.txt", b"2")]
+
+
+def test_what_is_cancelled_or_fails_sends_nothing_and_says_so(browser):
+    maker, begun = FileMaker(browser, Actions(browser)), threading.Event()
+
+    def endless(progress):
+        while True:
+            progress("drawing", 1, 2)
+            begun.set()
+            time.sleep(0.001)
+
+    maker.start("a.txt", endless)
+    assert begun.wait(20)
+    browser.cancel.clicked(None)
+    finish(browser)
+    assert browser.notices == [("Cancelled", "No file was made of a.txt.")]
+
+    def fail(progress):
+        raise ExportError("no disk")
+
+    browser.notices.clear()
+    maker.start("a.txt", fail)
+    finish(browser)
+    assert browser.notices == [("That did not work", "no disk")]
+    assert browser.downloads == []

@@ -1,0 +1,81 @@
+"""A run is found: by its address, in the list, or brought along; and everybody keeps their place."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import FilePayload, Page, expect
+from processes import free_port
+
+from app.explore import serve
+from engine.reader import RunReader
+from engine.records import cell_name
+
+Visit = Callable[[str], Page]
+
+
+def test_an_address_leads_to_a_robot_follows_the_selection_and_outlives_a_restart(
+    workplace: Path, visit: Visit, small_run: Path, grid_run: Path
+) -> None:
+    with RunReader(small_run) as reader:
+        generation = reader.finished_generation()
+        held = reader.placements("morphology", generation.number)
+        early = reader.placements("morphology", 0)
+    cell, number = next((c, n) for c, n in held.items() if held[c] != early.get(c))
+    old_cell, old_number = next((c, n) for c, n in early.items() if c != cell)
+    port = free_port()
+    base = f"http://127.0.0.1:{port}/"
+    with serve([grid_run, small_run], host="127.0.0.1", port=port):
+        page = visit(f"{base}?run=small&archive=morphology&cell={cell_name(cell)}&target=2")
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        expect(page.get_by_text(f"morphology cell {cell_name(cell)}")).to_be_visible()
+        here = f"{base}?run=small&archive=morphology&cell={cell_name(cell)}&robot={number}"
+        expect(page).to_have_url(f"{here}&target=2")
+        # the address says where a click led
+        other, other_number = next((c, n) for c, n in held.items() if c != cell)
+        page.locator(f'[data-c="morphology:{cell_name(other)}"]').click()
+        there = f"{base}?run=small&archive=morphology&cell={cell_name(other)}&robot={other_number}"
+        expect(page).to_have_url(there)
+        # an address of somebody else's that leads to nothing says so
+        lost = visit(f"{base}?run=nobody")
+        expect(lost.get_by_text("There is no run 'nobody' here")).to_be_visible()
+        expect(lost.locator(".ta-run b")).to_have_text("grid")
+        lost.close()
+    with serve([grid_run, small_run], host="127.0.0.1", port=port):
+        # the page connects to the new server by itself, and keeps its place in it
+        expect(page.get_by_text(f"morphology cell {cell_name(other)}")).to_be_visible()
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        expect(page).to_have_url(there)
+        page.goto(f"{base}?run=small&archive=morphology&cell={cell_name(old_cell)}&generation=0")
+        expect(page).to_have_url(re.compile(rf"robot={old_number}&generation=0$"))
+        page.reload()
+        expect(page.get_by_text(f"morphology cell {cell_name(old_cell)}")).to_be_visible()
+        expect(page).to_have_url(re.compile(rf"robot={old_number}&generation=0$"))
+
+
+def test_a_run_is_uploaded_checked_and_shown(
+    workplace: Path, address: str, visit: Visit, grid_run: Path, tmp_path: Path
+) -> None:
+    page = visit(address)
+    page.locator(".ta-run").click()
+    rows = page.locator(".ta-runs [role=option]")
+    expect(rows).to_have_text(
+        re.compile(r"small-?\d.*cm.*goal-reaching · dm-me · 18 evaluations · 20\d\d-\d\d-\d\d · finished")
+    )
+    upload = page.get_by_role("button", name="Upload a run")
+
+    def bring(name: str, content: bytes) -> None:
+        with page.expect_file_chooser() as chooser:
+            upload.click()
+        chooser.value.set_files(FilePayload(name=name, mimeType="application/octet-stream", buffer=content))
+
+    bring("evil.tsmr", b"#!/bin/sh\n")
+    expect(page.get_by_text("evil.tsmr is not a TensAtlas run file")).to_be_visible()
+    bring("my grid.tsmr", grid_run.read_bytes())
+    expect(page.locator(".ta-run b")).to_have_text("my-grid")
+    expect(page).to_have_url(re.compile("run=my-grid$"))
+    assert [p.name for p in (workplace / "runs" / "uploads").iterdir()] == ["my-grid.tsmr"]
+    shutil.rmtree(workplace / "runs")
