@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
+from app.robot_folder import robot_folder
 from engine.errors import InvalidData
-from engine.export import export_files
+from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
 
 MOST: Final = 50
@@ -81,7 +82,7 @@ def export_basket(
     files: dict[str, bytes] = {}
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
-        found = export_files(reader(item.path), item.number)
+        found = robot_folder(reader(item.path), item.number, materials=load_materials())
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

@@ -31,6 +31,7 @@ from viz.standalone_replay import standalone_replay
 MANIFEST_FORMAT: Final = "tensatlas-manifest"
 MANIFEST_VERSION: Final = 1
 _PACKAGES: Final = ("reportlab", "segno", "trimesh", "manifold3d", "ezdxf", "shapely")
+_TABLES: Final = ("rods.csv", "cables.csv", "joints.csv")
 _WHAT: Final = (
     ("build_sheet.pdf", "the build sheet: print it and start here"),
     ("README.md", "what the robot is and what each file is"),
@@ -43,7 +44,7 @@ _WHAT: Final = (
     ("play.py", "plays controls.csv on robot.xml"),
     ("genotype.json", "body and controller, results, configuration, versions"),
     ("materials.toml", "what it is built from: edit it and export again with --materials"),
-    ("tables/bill_of_materials.csv", "parts with masses, and where the numbers come from"),
+    ("bill_of_materials.csv", "parts with masses, and where the numbers come from"),
     ("tables/rods.csv", "cut list of the rods"),
     ("tables/cables.csv", "every passive cable"),
     ("tables/joints.csv", "orientation table: which nodes are tied"),
@@ -72,7 +73,7 @@ def robot_folder(
         reader: of the run.
         number: of the evaluation.
         materials: what the robot is built from.
-        place: archive and cell that it was found in.
+        place: archive and cell that it was found in; None to look them up.
         paper: that the build sheet is to be printed on.
 
     Raises:
@@ -82,10 +83,11 @@ def robot_folder(
     """
     evaluation = reader.evaluation(number)
     trial = simulate_trial(reader.config, evaluation)
+    place = place or place_of(reader, number)
     facts = gather(reader, evaluation, trial, place)
     files = export_files(reader, number, trial)
     for name, content in fabrication_files(facts.morphology, materials).items():
-        files[f"tables/{name}" if name.endswith(".csv") else name] = content
+        files[f"tables/{name}" if name in _TABLES else name] = content
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     files |= {
@@ -99,6 +101,17 @@ def robot_folder(
     files["README.md"] += _list_of_files({*files, "manifest.json"}).encode()
     files["manifest.json"] = _manifest(reader, facts, materials, files)
     return files
+
+
+def place_of(reader: RunReader, number: int) -> Place | None:
+    """Return a cell that a robot holds after the last generation, or None if it holds none."""
+    last = reader.last_closed()
+    for archive in last.archives if last else ():
+        assert last is not None
+        for cell, held in sorted(reader.placements(archive, last.number).items()):
+            if held == number:
+                return Place(archive=archive, cell=cell)
+    return None
 
 
 def folder_name(reader: RunReader, number: int) -> str:

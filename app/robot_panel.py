@@ -52,7 +52,7 @@ class RobotPanel:
                 "Export",
                 icon=viser.Icon.DOWNLOAD,
                 disabled=True,
-                hint="Download this robot as a zip: MJCF, genotypes, bill of materials",
+                hint="Download this robot as a zip: build sheet, parts, firmware, MJCF",
             )
             tabs = gui.add_tab_group()
             self._live = LivePanel(gui, tabs)

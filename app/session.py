@@ -150,7 +150,7 @@ class Session:
             ),
             Command(
                 "Export this robot",
-                "Download it as a zip: MJCF, genotypes, bill of materials",
+                "Download it as a zip: build sheet, parts, firmware, MJCF",
                 icon.DOWNLOAD,
                 guarded(self.export, alone=False),
             ),
