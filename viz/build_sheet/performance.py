@@ -84,7 +84,7 @@ def _spread_note(facts: Facts) -> str:
         return (
             text
             + f"Evaluated again {len(fresh)} times under fresh noise the robot had a mean f<sub>s</sub> of"
-            f" {fresh.mean():.2f} cm{spread}, from {fresh.min():.2f} to {fresh.max():.2f} cm. Expect this,"
+            f" {signed(fresh.mean(), 2)} cm{spread}, from {signed(fresh.min(), 2)} to {signed(fresh.max(), 2)} cm. Expect this,"
             " not the"
             " recorded figure, which was the best of many."
         )

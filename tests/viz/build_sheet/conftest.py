@@ -10,7 +10,6 @@ from engine.evaluation import LocalEvaluator, Solution
 from engine.export import simulate_trial
 from engine.fabrication.materials import load_materials
 from engine.morphology import Morphology
-from engine.reader import RunReader
 from engine.run import versions
 from engine.tasks import get_task
 from viz.build_sheet.facts import Facts, Place
@@ -24,6 +23,8 @@ def materials():
 @pytest.fixture(scope="session")
 def robots(small_config):
     """Facts of robots by number of modules; the larger one has modules of three stiffnesses."""
+    trials = dataclasses.replace(small_config.trials, settle_time=1.0)
+    small_config = dataclasses.replace(small_config, trials=trials)
     task = get_task(small_config.task)
     controller = Neat(n_inputs=task.n_inputs).random(random.Random(1))
     bodies = (Morphology(3, (8, 5)), Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8)))
@@ -46,9 +47,3 @@ def robots(small_config):
             versions=versions(),
         )
     return found
-
-
-@pytest.fixture
-def first_reader(small_run):
-    with RunReader(small_run) as reader:
-        yield reader
