@@ -33,7 +33,7 @@ from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData, TensAtlasError
 from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
-from engine.records import cell_name, parse_cell
+from engine.records import cell_name
 from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
@@ -390,7 +390,7 @@ class Session:
                 raise InvalidData("Click a filled cell of a map first.")
             reader, selection = self._reader(), self._state.selection
         name = folder_name(reader, selection.number)
-        place = Place(archive=selection.archive, cell=parse_cell(selection.cell))
+        place = None if selection.cell is None else Place(archive=selection.archive, cell=selection.cell)
         files = robot_folder(reader, selection.number, materials=load_materials(), place=place)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 

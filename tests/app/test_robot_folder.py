@@ -95,9 +95,7 @@ def test_the_folder_holds_all_that_a_workshop_needs(elite, files):
     assert files["materials.toml"].decode() == preset_text("tpu-85a")
     rows = list(csv.DictReader(io.StringIO(files["tables/targets.csv"].decode())))
     assert len(rows) == 4
-    assert all(
-        float(r["score_cm"]) + float(r["closer_by_cm"]) == pytest.approx(45.0, abs=1e-3) for r in rows
-    )
+    assert all(float(r["score_cm"]) + float(r["closer_by_cm"]) == pytest.approx(45.0, abs=1e-3) for r in rows)
     paths = list(csv.reader(io.StringIO(files["tables/paths.csv"].decode())))
     assert (len(paths), len(paths[0])) == (1 + 2, 1 + 2 * 4)
     assert len(files["tables/internal_cables.csv"].splitlines()) == 1 + 181
@@ -139,7 +137,10 @@ def test_a_cell_is_exported_with_materials_of_ones_own_on_letter(tensatlas, smal
         (("--cell", "0,0", "--out", "full/file/x"), "is not a folder"),
         (("--cell", "0,0", "--out", "x", "--materials", "none.toml"), "none.toml cannot be read"),
         (("--cell", "0,0", "--out", "x", "--materials", "negative.toml"), "negative.toml: cable.modulus_mpa"),
-        (("--cell", "0,0", "--out", "x", "--materials", "missing.toml"), "missing.toml: rod.kerf_mm is missing"),
+        (
+            ("--cell", "0,0", "--out", "x", "--materials", "missing.toml"),
+            "missing.toml: rod.kerf_mm is missing",
+        ),
     ],
 )
 def test_what_is_wrong_gets_one_line_and_leaves_nothing(tensatlas, small_run, options, reason, tmp_path):

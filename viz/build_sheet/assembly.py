@@ -190,12 +190,12 @@ def draw_step(pen: Pen, step: Step) -> None:
             for n in t.RODS[r]
         ]
     loose = len(step.new) == len(t.RODS)
-    for (a, b), ends in zip(t.CABLES, body.cables[0], strict=True):
+    for (a, b), (p, q) in zip(t.CABLES, body.cables[0], strict=True):
         between = {t.rod_of(a), t.rod_of(b)}
         if loose or not between <= rods:
             continue
         fresh = between & set(step.new) or step.title == CHECK
-        things.append(Tube(*ends, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
+        things.append(Tube(p, q, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
     if step.servo or loose:
         servo = body.servo(0)
         things += servo if step.servo else servo[:2]

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 from reportlab.lib.colors import Color
+from scipy.spatial.transform import Rotation
 
 from engine import tensegrity as t
 from engine.morphology import Morphology
@@ -55,7 +56,7 @@ class Body:
     def as_built(cls, morphology: Morphology) -> Body:
         """Return a robot with its modules undeformed and in line, as the simulation starts."""
         placed = module_placements(morphology)
-        return cls.placed([lambda p, r=r, c=c: r.apply(p) + c for r, c in placed], morphology.faces)
+        return cls.placed([moved(turn, centre) for turn, centre in placed], morphology.faces)
 
     @classmethod
     def placed(cls, places: list[Callable[[np.ndarray], np.ndarray]], faces: tuple[int, ...]) -> Body:
@@ -116,6 +117,11 @@ class Body:
         things.append(Ball(self.arms[i], ARM_RADIUS, arm))
         things += [Tube(p, q, CABLE_RADIUS, cable) for p, q in self.servo_cables[i]]
         return things
+
+
+def moved(turn: Rotation, shift: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the function that turns points (n, 3) and then shifts them, in m."""
+    return lambda points: turn.apply(points) + shift
 
 
 def joined_nodes(face: int, next_face: int) -> list[tuple[int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Final
 
 import numpy as np
@@ -12,7 +13,7 @@ from engine import tensegrity as t
 from engine.fabrication.joints import Joint, joints, orientations
 from engine.robot import module_placements
 from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
+from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
 from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
@@ -31,7 +32,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         Picture(
             paper.inner_width / 2 - 6,
             PICTURE_HEIGHT,
-            lambda pen, joint=joint: _draw_joint(pen, facts, joint),
+            functools.partial(_draw_joint, facts=facts, joint=joint),
             f"joint {joint.module}",
         )
         for joint in joints(facts.morphology)
@@ -107,7 +108,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     places = module_placements(facts.morphology)[i : i + 2]
     shifts = (np.zeros(3), np.array([APART, 0.0, 0.0]))
     body = Body.placed(
-        [lambda p, r=r, c=c, s=s: r.apply(p) + c + s for (r, c), s in zip(places, shifts, strict=True)],
+        [moved(turn, centre + s) for (turn, centre), s in zip(places, shifts, strict=True)],
         facts.morphology.faces[i : i + 2],
     )
     met = ([a for a, _ in joint.node_pairs], [b for _, b in joint.node_pairs])
@@ -120,11 +121,10 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
         for r in range(len(t.RODS)):
             things.append(body.rod(k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))
         face = set(met[k])
-        for (a, b), ends in zip(t.CABLES, body.cables[k], strict=True):
+        for (a, b), (p, q) in zip(t.CABLES, body.cables[k], strict=True):
             here = a in face and b in face
-            things.append(
-                Tube(*ends, (2.2 if here else 1) * CABLE_RADIUS, style.CABLE if here else style.GHOST)
-            )
+            color = style.CABLE if here else style.GHOST
+            things.append(Tube(p, q, (2.2 if here else 1) * CABLE_RADIUS, color))
         things += [
             Ball(body.nodes[k, n], NODE_RADIUS, style.LINK if n in face else style.GHOST) for n in range(12)
         ]

@@ -107,8 +107,8 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
 
 
 def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: float) -> Flowable:
-    rows = []
-    marked = []
+    rows: list[list[str]] = []
+    marked: list[int] = []
     for level in dict.fromkeys(d.level for d in designs):
         alike = [d for d in designs if d.level == level]
         d = alike[0]

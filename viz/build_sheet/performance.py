@@ -184,7 +184,7 @@ def _plot(
     middle = (low + high) / 2
     low, high = middle - shown / 2, middle + shown / 2
 
-    def at(point: np.ndarray) -> tuple[float, float]:
+    def at(point: np.ndarray | tuple[float, float]) -> tuple[float, float]:
         x, y = np.array([left, bottom]) + scale * (np.asarray(point) - low)
         return float(x), float(y)
 

@@ -27,7 +27,10 @@ def robots(small_config):
     small_config = dataclasses.replace(small_config, trials=trials)
     task = get_task(small_config.task)
     controller = Neat(n_inputs=task.n_inputs).random(random.Random(1))
-    bodies = (Morphology(3, (8, 5)), Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8)))
+    bodies = (
+        Morphology(3, (8, 5)),
+        Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8)),
+    )
     found = {}
     for number, body in enumerate(bodies):
         mode = dataclasses.replace(small_config, stiffness=body.stiffness_mode)

@@ -19,15 +19,16 @@ from engine.fabrication.rods import rods
 from engine.robustness import Robustness
 from viz.build_sheet import performance, style
 from viz.build_sheet.document import typeset
+from viz.build_sheet.picture import Pen
 from viz.build_sheet.sheet import build_sheet
+
+PAPERS = {2: "a4", 10: "letter"}
 
 
 @pytest.fixture(scope="module")
 def sheets(robots, materials):
     """PDF and layout by number of modules, the large robot's on Letter."""
-    return {
-        n: build_sheet(facts, materials, "a4" if n == 2 else "letter") for n, facts in robots.items()
-    }
+    return {n: build_sheet(facts, materials, PAPERS[n]) for n, facts in robots.items()}
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +38,13 @@ def letters():
 
 
 @pytest.fixture(scope="module")
-def texts(sheets, letters):
-    return {n: read(pdf, letters.setdefault(n, set())) for n, (pdf, _) in sheets.items()}
+def texts(robots, materials, letters):
+    """What is written on the sheets, without their lines and areas, which take long to read."""
+    with pytest.MonkeyPatch.context() as patch:
+        for shape in ("line", "path", "disc", "box"):
+            patch.setattr(Pen, shape, lambda *_, **__: None)
+        pdfs = {n: build_sheet(facts, materials, PAPERS[n])[0] for n, facts in robots.items()}
+    return {n: read(pdf, letters.setdefault(n, set())) for n, pdf in pdfs.items()}
 
 
 def read(pdf, letters=None):
@@ -84,7 +90,7 @@ def test_nothing_overflows_or_lies_over_something_else(sheets, n):
 def test_letters_are_large_enough_and_paper_is_as_asked(sheets, texts, letters, n):
     pdf, _ = sheets[n]
     reader = PdfReader(io.BytesIO(pdf))
-    paper = style.PAPERS["a4" if n == 2 else "letter"]
+    paper = style.PAPERS[PAPERS[n]]
     assert [float(v) for v in reader.pages[0].mediabox[2:]] == pytest.approx([paper.width, paper.height])
     assert len(letters[n]) > 100
     tiny = {text for text, size in letters[n] if text not in ("", "s") and size < 7}
@@ -108,7 +114,9 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
     stand = orientations(morphology)
     for j in joints(morphology):
         pairs = ", ".join(f"{a}–{b}" for a, b in j.node_pairs)
-        assert re.search(rf"{j.module} and {j.module + 1} {j.face} .*? {pairs} {stand[j.module + 1].turn:.0f}°", text)
+        assert re.search(
+            rf"{j.module} and {j.module + 1} {j.face} .*? {pairs} {stand[j.module + 1].turn:.0f}°", text
+        )
     for module, pin in pin_map(n).items():
         assert f"D{pin}" in text
         assert f"S{module}" in text
@@ -125,7 +133,9 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
 def test_masses_on_the_sheet_add_up(robots, materials, texts, n):
     facts, text = robots[n], texts[n]
     balance = mass_balance(facts.morphology, materials)
-    carried = sum(p.mass * p.quantity for p in parts(facts.morphology, materials) if p.group != "off the robot")
+    carried = sum(
+        p.mass * p.quantity for p in parts(facts.morphology, materials) if p.group != "off the robot"
+    )
     assert carried == pytest.approx(balance.built)
     assert facts.mass == pytest.approx(balance.simulated)
     total = f"robot {1000 * balance.simulated:.2f} {1000 * balance.built:.2f}"
