@@ -13,6 +13,7 @@ from trimesh.visual.material import PBRMaterial
 
 from engine import tensegrity as t
 from engine.fabrication import parts as p
+from engine.fabrication import servo_parts as sp
 from engine.fabrication import solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import CAP_TIP, Materials
@@ -45,9 +46,9 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
     )
     scene.shape("cable", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     scene.shape("line", Manifold.cylinder(1.0, 1.0, 1.0, 6))
-    scene.shape("mount", p.servo_mount(materials.servo, materials.printer))
-    scene.shape("servo", p.servo_body(materials.servo))
-    scene.shape("drum", p.drum_in_place(materials.servo))
+    scene.shape("mount", sp.servo_mount(materials.servo, materials.printer))
+    scene.shape("servo", sp.servo_body(materials.servo))
+    scene.shape("drum", sp.drum_in_place(materials.servo))
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
@@ -69,7 +70,7 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
         middle = points[[a, b]].mean(axis=0)
         for name in ("mount", "servo", "drum"):
             scene.add(name, f"m{i}_{name}", rotation, middle)
-        guide = middle + rotation @ p.guide_point()
+        guide = middle + rotation @ sp.guide_point()
         for node in t.SERVO_NODES:
             scene.add_bar("line", f"m{i}_servo_{node}", guide, points[node], 500 * materials.line.diameter)
     scene.shape("link", Manifold.cylinder(1.0, 1.0, 1.0, 8))
@@ -88,8 +89,8 @@ def servo_clearance(level: int, materials: Materials) -> float:
     Looked at with the servo off, and from released to fully contracted in four steps, in a floating
     module; negative if they would touch.
     """
-    body = p.servo_body(materials.servo) + p.drum_in_place(materials.servo)
-    body = body + p.servo_mount(materials.servo, materials.printer)
+    body = sp.servo_body(materials.servo) + sp.drum_in_place(materials.servo)
+    body = body + sp.servo_mount(materials.servo, materials.printer)
     gap = 50.0
     for command in (None, 0, 60, 120, CONTRACTED):
         nodes = 1e3 * floating_module(level, command).nodes

@@ -10,13 +10,16 @@ import dataclasses
 import io
 from typing import Final
 
+import numpy as np
+
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials, load_materials
-from engine.fabrication.parts import drum_errors, groove_radii, printed_parts
+from engine.fabrication.parts import printed_parts
 from engine.fabrication.quantity import Source
 from engine.fabrication.rods import rods, stock_plan
+from engine.fabrication.servo_parts import drum_errors, groove_radii, servo_rod_centre_of_mass
 from engine.morphology import Morphology
 
 COLUMNS: Final = (
@@ -138,9 +141,22 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
     simulated = dict.fromkeys(GROUPS, 0.0)
     simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
     simulated["servo rod"] = n * t.SERVO_ROD_MASS
+    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
+    rod = (
+        sum(
+            p.quantity * p.mass
+            for p in listed
+            if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
+        )
+        / n
+    )
+    off = servo_rod_centre_of_mass(materials, rod) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
     why = {
         "plain rods": f"{materials.rod.material} and two printed caps each",
-        "servo rod": "rod, caps, servo, mount, drum and screws, filled up with ballast",
+        "servo rod": "rod, caps, servo, mount, drum and screws"
+        + (", and ballast for what the module lacks" if ballast else "")
+        + f"; without ballast its centre of mass lies {1e3 * float(np.linalg.norm(off)):.0f} mm off the"
+        " simulated one",
         "passive cables": "massless in the simulation",
         "internal cables": "massless in the simulation",
         "links": "massless in the simulation",
@@ -149,7 +165,6 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
         MassLine(group=g, simulated=simulated[g], built=_mass(listed, g), explanation=why[g])
         for g in GROUPS[:-1]
     )
-    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
     excess = sum(line.built - line.simulated for line in lines)
     return MassBalance(lines=lines, ballast=ballast, excess=excess if excess > 1e-9 else 0.0)
 
@@ -269,7 +284,10 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
         where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""
-        material = materials.cable.material if p.flexible else materials.plastic.material
+        material = materials.plastic.material
+        if p.flexible:
+            printed = materials.cable.form == "printed"
+            material = materials.cable.material if printed else "TPU or another flexible filament"
         result += [
             Part(
                 name=p.name,

@@ -47,8 +47,8 @@ BLOCK: Final[tuple[tuple[int, int, float], ...]] = (
     (7, 9, 60),
     (8, 8, 60),
     (5, 10, 60),
-    (4, 6, 190),
-    (6, 11, 146),
+    (4, 6, 194),
+    (6, 11, 150),
 )
 """The same band with its last quarter hung below it: for beds that the strip is too long for."""
 

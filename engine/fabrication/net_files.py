@@ -8,6 +8,7 @@ unstretched length. Equal nets give equal bytes.
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator
 from typing import Any, Final
 from xml.sax.saxutils import escape
@@ -48,16 +49,28 @@ def rest_lines(net: Net) -> list[tuple[tuple[float, float], tuple[float, float]]
 
 def _labels(net: Net) -> Iterator[tuple[str, float, float, float]]:
     """Yield text, middle (x, y) and height in mm."""
-    offset = 1e3 * EYELET_RADIUS + 0.6 * _TEXT
-    middle = np.mean([e.position for e in net.eyelets], axis=0)
-    for e in net.eyelets:
-        x, y = 1e3 * e.position[0], 1e3 * e.position[1]
-        # beside the ring, away from the middle, where no cable runs
-        up = 1.0 if e.position[1] >= middle[1] else -1.0
-        yield e.label, x, y + up * offset, _TEXT
+    offset = 1e3 * EYELET_RADIUS + 0.8 * _TEXT
+    directions = [np.array([math.sin(a), math.cos(a)]) for a in np.radians(np.arange(0, 360, 30))]
+    for i, e in enumerate(net.eyelets):
+        here = np.array(e.position)
+        cables = [
+            _unit(np.array(net.eyelets[k].position) - here)
+            for c in net.cables
+            if i in c.eyelets
+            for k in c.eyelets
+            if k != i
+        ]
+        # beside the ring, where cables leave the most room; above it if two sides are as good
+        away = min(directions, key=lambda d: round(max(float(d @ c) for c in cables), 6))
+        x, y = 1e3 * here + offset * away
+        yield e.label, float(x), float(y), _TEXT
     for face, trio in net.faces.items():
         x, y = 1e3 * np.mean([net.eyelets[i].position for i in trio], axis=0)
         yield f"face {face}", float(x), float(y), _TEXT
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
 
 
 def _foot(design: CableDesign, net: Net) -> str:

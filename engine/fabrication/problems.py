@@ -9,7 +9,8 @@ from engine.fabrication.assembly import servo_clearance
 from engine.fabrication.cables import Problem, cable_problems, design_cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import LAYOUTS, lay_out
-from engine.fabrication.parts import printed_parts, required_torque
+from engine.fabrication.parts import printed_parts
+from engine.fabrication.servo_parts import required_torque
 from engine.morphology import Morphology
 
 LEAST_GAP: Final = 0.5

@@ -9,6 +9,7 @@ import manifold3d
 import numpy as np
 from manifold3d import CrossSection, Manifold
 from shapely.geometry import MultiPolygon, Polygon
+from shapely.ops import unary_union
 
 SEGMENTS: Final = 48
 """Sides of a circle."""
@@ -84,21 +85,35 @@ def thin_area(solid: Manifold, wall: float) -> float:
     not count.
     """
     low, high = solid.bounding_box()[2], solid.bounding_box()[5]
-    slices = int(np.clip(high - low, 4, 24))
+    slices = int(np.clip(high - low, 2, 24))
     worst = 0.0
     for k in range(slices):
-        section = solid.slice(low + (high - low) * (k + 0.5) / slices)
-        opened = _offset(_offset(section, -0.495 * wall), 0.495 * wall)
-        left = _offset(_offset(section - opened, -wall / 12), wall / 12)
-        worst = max(worst, max((abs(p.area()) for p in left.decompose()), default=0.0))
+        section = _flat(solid.slice(low + (high - low) * (k + 0.5) / slices))
+        opened = _buffered(_buffered(section, -0.495 * wall), 0.495 * wall)
+        left = _buffered(_buffered(section.difference(opened), -wall / 12), wall / 12)
+        pieces = left.geoms if isinstance(left, MultiPolygon) else [left]
+        worst = max(worst, *(piece.area for piece in pieces), 0.0)
     return worst
 
 
-def _offset(section: CrossSection, distance: float) -> CrossSection:
-    return section.offset(distance, manifold3d.JoinType.Round, 2.0, 16)
+def _flat(section: CrossSection) -> Polygon | MultiPolygon:
+    pieces = [piece.to_polygons() for piece in section.decompose()]
+    return unary_union([Polygon(outer, holes) for outer, *holes in pieces])
+
+
+def _buffered(shape: Polygon | MultiPolygon, distance: float) -> Polygon | MultiPolygon:
+    return shape.buffer(distance, quad_segs=4)
 
 
 def extent(solid: Manifold) -> tuple[float, float, float]:
     """Return the size in x, y and z, in mm."""
     b = solid.bounding_box()
     return b[3] - b[0], b[4] - b[1], b[5] - b[2]
+
+
+def centroid(solid: Manifold) -> np.ndarray:
+    """Return the (3,) centre of a solid's volume, in mm: tetrahedra from the origin to its triangles."""
+    vertices, faces = triangles(solid)
+    corners = vertices[faces]
+    volumes = np.linalg.det(corners) / 6
+    return volumes @ corners.sum(axis=1) / (4 * volumes.sum())

@@ -84,9 +84,8 @@ def _spread_note(facts: Facts) -> str:
         return (
             text
             + f"Evaluated again {len(fresh)} times under fresh noise the robot had a mean f<sub>s</sub> of"
-            f" {signed(fresh.mean(), 2)} cm{spread}, from {signed(fresh.min(), 2)} to {signed(fresh.max(), 2)} cm. Expect this,"
-            " not the"
-            " recorded figure, which was the best of many."
+            f" {signed(fresh.mean(), 2)} cm{spread}, from {signed(fresh.min(), 2)} to"
+            f" {signed(fresh.max(), 2)} cm. Expect this, not the recorded figure, which was the best of many."
         )
     return (
         text

@@ -63,7 +63,7 @@ def what_to_expect(facts):
     return read(pdf)
 
 
-@pytest.mark.parametrize("n", (2, 10))
+@pytest.mark.parametrize("n", [2, 10])
 def test_nothing_overflows_or_lies_over_something_else(sheets, n):
     pdf, layout = sheets[n]
     assert layout.n_pages == len(PdfReader(io.BytesIO(pdf)).pages)
@@ -86,7 +86,7 @@ def test_nothing_overflows_or_lies_over_something_else(sheets, n):
             assert not a.overlaps(b, slack=1.0), (picture.name, a.what, b.what)
 
 
-@pytest.mark.parametrize("n", (2, 10))
+@pytest.mark.parametrize("n", [2, 10])
 def test_letters_are_large_enough_and_paper_is_as_asked(sheets, texts, letters, n):
     pdf, _ = sheets[n]
     reader = PdfReader(io.BytesIO(pdf))
@@ -97,7 +97,7 @@ def test_letters_are_large_enough_and_paper_is_as_asked(sheets, texts, letters, 
     assert tiny == set()  # but for the subscript of f_s
 
 
-@pytest.mark.parametrize("n", (2, 10))
+@pytest.mark.parametrize("n", [2, 10])
 def test_the_numbers_are_the_models(robots, materials, texts, n):
     facts, text = robots[n], texts[n]
     morphology = facts.morphology
@@ -129,7 +129,7 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
     assert all(word in text for word in ("simulated", "assumed", "Wear eye protection"))
 
 
-@pytest.mark.parametrize("n", (2, 10))
+@pytest.mark.parametrize("n", [2, 10])
 def test_masses_on_the_sheet_add_up(robots, materials, texts, n):
     facts, text = robots[n], texts[n]
     balance = mass_balance(facts.morphology, materials)
