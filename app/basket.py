@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Final
 
 from app.robot_folder import robot_folder
+from engine.archive import Cell
 from engine.errors import InvalidData
 from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
+from viz.build_sheet.facts import Place
 
 MOST: Final = 50
 """Robots that a basket holds; simulating them for their export takes minutes."""
@@ -25,12 +27,16 @@ class Item:
         number: of its evaluation.
         modules: how many it has.
         f_s: in cm, None if it has no fitness.
+        archive: it was chosen in.
+        cell: of the archive, None if none of its cells holds the robot.
     """
 
     path: Path
     number: int
     modules: int
     f_s: float | None
+    archive: str
+    cell: Cell | None
 
     @property
     def name(self) -> str:
@@ -82,7 +88,8 @@ def export_basket(
     files: dict[str, bytes] = {}
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
-        found = robot_folder(reader(item.path), item.number, materials=load_materials())
+        place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
+        found = robot_folder(reader(item.path), item.number, materials=load_materials(), place=place)
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -16,12 +15,8 @@ from app.file_maker import FileMaker
 from app.widgets import put_html
 from viz import basket_list
 
-RECORDINGS: Final = {
-    "Page": ("html", viser.Icon.FILE_CODE, "One HTML file that plays this replay without a server"),
-    "Picture": ("png", viser.Icon.PHOTO, "This moment of the replay as a PNG, with the head's path"),
-    "Video": ("mp4", viser.Icon.MOVIE, "This replay as an MP4 of 1280 x 720; takes about half a minute"),
-}
-"""Label of each button: kind of recording, icon, hint."""
+RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
+"""Label of each button: kind of recording."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -48,17 +43,6 @@ class BasketPanel:
     def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
         gui = client.gui
         with gui.add_folder("Take along", expand_by_default=False):
-            self._recordings = []
-            for label, (kind, icon, hint) in RECORDINGS.items():
-                button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
-                button.on_click(_call(functools.partial(events.record, kind)))
-                self._recordings.append(button)
-            self._table = gui.add_button(
-                "Table of this run",
-                icon=viser.Icon.TABLE,
-                hint="All elites of the run as CSV, with pyribs' column names",
-            )
-            self._table.on_click(_call(events.table))
             self._add = gui.add_button(
                 "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
             )
@@ -70,20 +54,43 @@ class BasketPanel:
             self._list = gui.add_html("")
             self._download = gui.add_button(
                 "Download basket",
+                color="gray",
                 icon=viser.Icon.DOWNLOAD,
                 hint="The exports of all robots in the basket as one zip",
             )
             self._download.on_click(_call(events.download))
-            self._clear = gui.add_button("Clear basket", icon=viser.Icon.TRASH, hint="Take all robots out")
+            self._clear = gui.add_button(
+                "Clear basket", color="gray", icon=viser.Icon.TRASH, hint="Take all robots out"
+            )
             self._clear.on_click(_call(events.clear))
+            self._recordings = gui.add_button_group(
+                "Replay as",
+                tuple(RECORDINGS),
+                visible=False,
+                hint="The trial that is shown: one HTML file that plays without a server, this moment as"
+                " a PNG, or an MP4 of 1280 x 720, which takes about half a minute",
+            )
+
+            @self._recordings.on_click
+            def _(event: viser.GuiEvent) -> None:
+                if event.target.value in RECORDINGS:
+                    events.record(RECORDINGS[event.target.value])
+
+            self._table = gui.add_button(
+                "Table of this run",
+                color="gray",
+                icon=viser.Icon.TABLE,
+                hint="All elites of the run as CSV, with pyribs' column names",
+            )
+            self._table.on_click(_call(events.table))
             self.maker = FileMaker(client, actions)
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:
         """Let a robot be taken along, or not, because none is chosen."""
-        for button in (*self._recordings, self._add):
-            if button.disabled == chosen:
-                button.disabled = not chosen
+        self._add.disabled = not chosen
+        # viser cannot disable a group of buttons
+        self._recordings.visible = chosen
 
     def show_basket(self, basket: Sequence[Item]) -> None:
         """List what is in the basket."""

@@ -31,7 +31,9 @@ class FileMaker:
         gui = client.gui
         self._text = gui.add_markdown("", visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, hint="Make no file")
+        self._cancel = gui.add_button(
+            "Cancel", color="gray", icon=viser.Icon.X, visible=False, hint="Make no file"
+        )
 
         @self._cancel.on_click
         def _(_event: viser.GuiEvent) -> None:

@@ -83,6 +83,8 @@ class Takeaway:
             chosen.number,
             e.solution.morphology.n_modules,
             None if e.fitness is None else 100.0 * (distance - e.fitness),
+            chosen.archive,
+            None if chosen.is_ancestor else chosen.cell,
         )
         self._put(basket.added(self._state.basket, item))
 

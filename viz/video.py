@@ -18,7 +18,7 @@ from viz.render import Renderer
 
 FPS: Final = 30
 ENCODERS: Final[dict[str, dict[str, str]]] = {
-    "libx264": {"preset": "superfast", "crf": "23"},
+    "libx264": {"preset": "veryfast", "crf": "25"},
     "libsvtav1": {"preset": "10", "crf": "34"},
     "libvpx-vp9": {"deadline": "realtime", "cpu-used": "8", "crf": "32", "b": "0"},
     "mpeg4": {"q": "4"},

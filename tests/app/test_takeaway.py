@@ -18,7 +18,7 @@ from viz import basket_list
 
 
 def item(number, path="runs/a.tsmr"):
-    return Item(Path(path), number, 3, 1.5)
+    return Item(Path(path), number, 3, 1.5, "morphology", (1, 2))
 
 
 def test_a_robot_is_in_the_basket_once_and_runs_of_equal_names_are_told_apart():
@@ -67,21 +67,21 @@ class Browser:
     def __init__(self):
         self.gui, self.downloads, self.notices = self, [], []
 
-    def add_markdown(self, content, *, visible):
-        return Widget(content, visible)
+    def add_markdown(self, content, **options):
+        return Widget(content, options["visible"])
 
-    def add_progress_bar(self, value, *, visible, animated):
-        self.bar = Widget(value, visible)
+    def add_progress_bar(self, value, **options):
+        self.bar = Widget(value, options["visible"])
         return self.bar
 
-    def add_button(self, label, *, icon, visible, hint):
-        self.cancel = Widget(label, visible)
+    def add_button(self, label, **options):
+        self.cancel = Widget(label, options["visible"])
         return self.cancel
 
-    def send_file_download(self, name, content, *, save_immediately):
+    def send_file_download(self, name, content, **_options):
         self.downloads.append((name, content))
 
-    def add_notification(self, title, body, *, auto_close_seconds):
+    def add_notification(self, title, body, **_options):
         self.notices.append((title, body))
 
 

@@ -1,0 +1,129 @@
+"""Taking robots along, in a real Chromium: basket, downloads, and a page that plays by itself."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, Page, Request, expect
+
+pytestmark = pytest.mark.browser
+
+
+def download(page: Page, button: str) -> tuple[str, bytes]:
+    """Click a button; return name and content of the file that arrives."""
+    with page.expect_download(timeout=180_000) as waiting:
+        page.get_by_role("button", name=button).click()
+    return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
+
+
+def test_files_and_basket(
+    address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path
+) -> None:
+    page = visit(address)
+    filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
+    card, line, listed = page.locator(".ta-card"), page.locator(".ta-replay"), page.locator(".ta-basket")
+    page.get_by_text("Take along", exact=True).click()
+    expect(page.get_by_role("button", name="Add to basket")).to_be_disabled()
+    expect(page.get_by_role("button", name="Picture")).to_be_hidden()
+    expect(listed).to_contain_text("The basket is empty")
+    numbers = []
+    for k in (0, 1):
+        filled.nth(k).click(force=True, no_wait_after=True)
+        if numbers:
+            expect(card).not_to_contain_text(f"Robot {numbers[0]} ·")
+        expect(line).to_contain_text("exactly as evaluated")
+        number = int((card.text_content() or "").split()[1])
+        numbers.append(number)
+        page.get_by_role("button", name="Add to basket").click()
+        expect(listed).to_contain_text(f"{number} · small")
+    # the same robot again is refused, and another one is taken out again
+    page.get_by_role("button", name="Add to basket").click()
+    expect(page.get_by_text("is in the basket already")).to_be_visible()
+
+    name, content = download(page, "Download basket")
+    assert name == "tensatlas_basket.zip"
+    with zipfile.ZipFile(io.BytesIO(content)) as packed:
+        folders = {n.split("/")[1] for n in packed.namelist()}
+    assert folders == {f"small_robot_{n}" for n in numbers}
+    listed.get_by_role("button", name=f"Take robot {numbers[0]} of small out").click()
+    expect(page.get_by_role("button", name="Download basket (1)")).to_be_visible()
+    page.get_by_role("button", name="Clear basket").click()
+    expect(listed).to_contain_text("The basket is empty")
+
+    chosen = f"small_robot_{numbers[1]}_target_1"
+    name, content = download(page, "Picture")
+    assert name == f"{chosen}.png"
+    assert Image.open(io.BytesIO(content)).size == (1280, 720)
+    name, content = download(page, "Video")
+    assert (name, content[4:8]) == (f"{chosen}.mp4", b"ftyp")
+    name, content = download(page, "Table of this run")
+    assert (name, content.split(b",")[0]) == ("small.csv", b"archive")
+    name, content = download(page, "Page")
+    assert name == f"{chosen}.html"
+    file = tmp_path / name
+    file.write_bytes(content)
+    plays_by_itself(chromium, file, numbers[1])
+
+
+def plays_by_itself(chromium: Browser, file: Path, number: int) -> None:
+    """Check that a page plays, draws and asks for nothing, on a desk and on a phone."""
+    for size, scheme in (((1280, 720), "dark"), ((390, 844), "light")):
+        context = chromium.new_context(
+            viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, offline=True
+        )
+        page = context.new_page()
+        problems = watch(page)
+        page.goto(file.as_uri())
+        expect(page.locator("html")).to_have_attribute("data-ready", "1")
+        expect(page.locator("aside")).to_contain_text(f"Robot {number}")
+        # it plays to the end
+        expect(page.locator("#play")).to_have_text("Play")
+        expect(page.locator("#clock")).to_have_text(re.compile(r"^2\.0 of 2 s"))
+        expect(page.locator("#away")).to_contain_text("cm from the target")
+        before = picture(page)
+        assert len(np.unique(before.reshape(-1, 3), axis=0)) > 50
+        # scrubbing shows another moment, turning another side
+        page.locator("#time").fill("0.5")
+        expect(page.locator("#clock")).to_have_text(re.compile(r"^0\.5"))
+        box = page.locator("canvas").bounding_box()
+        assert box is not None
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(*middle)
+        page.mouse.down()
+        page.mouse.move(middle[0] + 90, middle[1] + 20, steps=3)
+        page.mouse.up()
+        page.wait_for_timeout(300)
+        assert (np.abs(picture(page) - before).max(axis=-1) > 20).mean() > 0.01
+        page.locator("#shade").click()
+        page.wait_for_timeout(300)
+        assert abs(picture(page).mean() - before.mean()) > 100
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        assert problems == []
+        context.close()
+
+
+def watch(page: Page) -> list[str]:
+    """Return a list that gets what a page asks the network for and every error."""
+    problems: list[str] = []
+
+    def note_request(request: Request) -> None:
+        if not request.url.startswith("file:"):
+            problems.append(request.url)
+
+    page.on("request", note_request)
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("console", lambda message: problems.append(message.text))
+    return problems
+
+
+def picture(page: Page) -> np.ndarray:
+    """Return what the canvas shows, (height, width, 3)."""
+    image = Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB")
+    return np.asarray(image).astype(int)
