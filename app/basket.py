@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
+from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
-from engine.export import export_files
+from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
+from viz.build_sheet.facts import Place
 
 MOST: Final = 50
 """Robots that a basket holds; simulating them for their export takes minutes."""
@@ -86,7 +88,8 @@ def export_basket(
     files: dict[str, bytes] = {}
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
-        found = export_files(reader(item.path), item.number)
+        place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
+        found = robot_folder(reader(item.path), item.number, materials=load_materials(), place=place)
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

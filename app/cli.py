@@ -17,18 +17,17 @@ from rich.console import Console
 
 from app import commands as c
 from app.doctor import doctor
+from app.elites import find_elite
 from app.progress import ProgressDisplay
 from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
 from engine import run
-from engine.archive import Cell
 from engine.config import preset
-from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.export import export_files, write_folder
+from engine.errors import InvalidData, TensAtlasError
 from engine.reader import Generation, RunReader
-from engine.records import cell_name, parse_cell
+from engine.records import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
 
@@ -128,7 +127,10 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Info():
             _info(command.run, command.json)
         case c.Export():
-            _export(command, console)
+            # as the app's, the libraries that draw and shape take a while to import
+            from app.exporting import export
+
+            export(command, console)
         case c.Record():
             _record(command, console)
         case c.Verify():
@@ -253,13 +255,6 @@ def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
     }
 
 
-def _export(command: c.Export, console: Console) -> None:
-    with RunReader(command.run) as reader:
-        number = find_elite(reader, command.archive, parse_cell(command.cell))
-        write_folder(export_files(reader, number), command.out)
-    console.print(f"Wrote robot {number} to {command.out}; start with its README.md", markup=False)
-
-
 def _record(command: c.Record, console: Console) -> None:
     # what draws takes a while to import
     from app.recording import check, record_elite
@@ -287,29 +282,6 @@ def _verify(command: c.Verify) -> None:
         n_threads=command.workers,
     )
     print_verification(command, config, found)
-
-
-def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:
-    """Return the number of the evaluation that a cell holds after the last generation.
-
-    Raises:
-        RunFileError: the run has no finished generation or no such archive.
-        InvalidData: the cell is empty or lies outside the map.
-    """
-    last = reader.last_closed()
-    if last is None:
-        raise RunFileError(f"{reader.path} has no {archive} archive yet")
-    if archive not in last.archives:
-        found = " and ".join(last.archives)
-        raise RunFileError(f"{reader.path} has no {archive} archive; choose with --archive: {found}")
-    shape = tuple(a.n for a in last.archives[archive].axes)
-    if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
-        limits = ", ".join(f"0..{n - 1}" for n in shape)
-        raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
-    placed = reader.placements(archive, last.number)
-    if cell not in placed:
-        raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
-    return placed[cell]
 
 
 def _interrupt(*_: object) -> None:

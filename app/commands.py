@@ -74,16 +74,26 @@ class Info:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Export:
-    """Write one robot as a folder: MJCF, genotypes, bill of materials, and what each file is."""
+    """Write a robot as a folder: build sheet, parts to make, firmware, MJCF, genotypes, replay.
+
+    With --all-elites a folder for every robot that holds a cell.
+    """
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    archive: str = "morphology"
-    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
-    cell: str
+    archive: str | None = None
+    """Map to take the elite from: morphology, which is the default, or controller, or of MAP-Elites grid.
+    For --all-elites the only map to take."""
+    cell: str | None = None
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    all_elites: bool = False
+    """Export every elite, each once, into folders of its own, with a table of the cells."""
     out: Path
     """Folder to create."""
+    materials: str = "tpu-85a"
+    """What it is built from: tpu-85a, silicone-cord, latex-cord, or a TOML file of yours."""
+    paper: Literal["a4", "letter"] = "a4"
+    """Paper that the build sheet is printed on."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -53,7 +53,7 @@ class RobotPanel:
                 "Export",
                 icon=viser.Icon.DOWNLOAD,
                 disabled=True,
-                hint="Download this robot as a zip: MJCF, genotypes, bill of materials",
+                hint="Download this robot as a zip: build sheet, parts, firmware, MJCF",
             )
             self._pin = gui.add_button(
                 "Pin",

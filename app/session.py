@@ -20,6 +20,7 @@ from app.marks import Marks
 from app.navigation import Navigation
 from app.palette import add_commands
 from app.player import Player
+from app.robot_folder import folder_name, robot_folder
 from app.run_panel import RunPanel
 from app.session_commands import steering_commands, viewing_commands
 from app.shared_scale import SharedScale
@@ -32,13 +33,14 @@ from engine.archive import Cell
 from engine.dump import read_dump
 from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData, TensAtlasError
-from engine.export import export_files
+from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.replay import Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.build_sheet.facts import Place
 from viz.robot_differences import Entry
 
 
@@ -340,9 +342,10 @@ class Session:
         with self._mutex:
             if self._state.selection is None:
                 raise InvalidData("Click a filled cell of a map first.")
-            reader, number = self._reader(), self._state.selection.number
-        name = f"{reader.path.stem}_robot_{number}"
-        files = export_files(reader, number)
+            reader, selection = self._reader(), self._state.selection
+        name = folder_name(reader, selection.number)
+        place = None if selection.cell is None else Place(archive=selection.archive, cell=selection.cell)
+        files = robot_folder(reader, selection.number, materials=load_materials(), place=place)
         self._client.send_file_download(f"{name}.zip", zip_bytes(files, name), save_immediately=True)
 
     def _may_simulate(self, seconds: float) -> bool:

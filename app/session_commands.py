@@ -76,7 +76,7 @@ def viewing_commands(
         ),
         Command(
             "Export this robot",
-            "Download it as a zip: MJCF, genotypes, bill of materials",
+            "Download it as a zip: build sheet, parts, firmware, MJCF",
             icon.DOWNLOAD,
             guarded(session.export, alone=False),
         ),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import importlib.resources
 import json
+import os
 import shutil
 import uuid
 from collections.abc import Sequence
@@ -23,14 +24,14 @@ from engine import tensegrity as t
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation
-from engine.fabrication.bill_of_materials import bill_of_materials, total_mass
+from engine.fabrication.bill_of_materials import total_mass
 from engine.mjcf import xml_with_state
 from engine.morphology import Morphology
 from engine.reader import RunReader
-from engine.replay import repeat_trial
+from engine.replay import Replay
 from engine.robot import build_spec
 from engine.run import versions
-from engine.simulation import Head, SimulationBatch
+from engine.simulation import Head
 from engine.tasks import get_task, target_offsets
 from engine.walls import Wall, add_walls
 
@@ -42,40 +43,42 @@ REPEAT: Final = 0
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class _Trial:
+class Trial:
     """One trial, simulated again; K control updates, S seconds.
 
     Attributes:
         settled: the complete state after settling.
+        pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
         score: how the task scores the end, in m.
         walls: that stand in the world.
+        replay: its frames, from the drop to the end.
     """
 
     settled: np.ndarray
+    pose: np.ndarray
     commands: np.ndarray
     path: np.ndarray
     score: float
     walls: tuple[Wall, ...]
+    replay: Replay
 
 
-def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
+def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> dict[str, bytes]:
     """Return name and content of every file that describes an evaluation.
 
     Args:
         reader: of the run.
         number: of the evaluation.
+        trial: its trial, if it has been simulated again already.
 
     Raises:
         RunFileError: there is no such evaluation, or it is damaged.
         ExportError: its simulation failed, so that there is nothing to show.
     """
     evaluation = reader.evaluation(number)
-    if evaluation.fitness is None or not np.isfinite(evaluation.distances).all():
-        reason = evaluation.failure or "it has no complete result"
-        raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
-    trial = _simulate(reader.config, evaluation)
+    trial = simulate_trial(reader.config, evaluation) if trial is None else trial
     names, xml = _robot_xml(reader.config, evaluation.solution.morphology, trial)
     period = reader.config.physics.control_period
     # nine decimals undo the rounding of k x period; the lengths themselves keep every digit
@@ -90,9 +93,27 @@ def export_files(reader: RunReader, number: int) -> dict[str, bytes]:
         "trajectory.csv": _csv(columns, path),
         "play.py": _template("export_play.py"),
         "genotype.json": _genotype(reader, evaluation),
-        "bill_of_materials.csv": bill_of_materials(evaluation.solution.morphology),
     }
     return {name: text.encode() for name, text in files.items()}
+
+
+def check_folder(out: Path) -> None:
+    """Check that a folder can be made, before hours or seconds are spent on its content.
+
+    Raises:
+        ExportError: ``out`` exists and is not an empty folder, or it cannot be written.
+    """
+    try:
+        where = out.resolve()
+        if where.exists() and not (where.is_dir() and not any(where.iterdir())):
+            raise ExportError(f"{out} exists already; choose another folder")
+        above = next(p for p in where.parents if p.exists())
+        if not above.is_dir():
+            raise ExportError(f"{out} cannot be written: {above} is not a folder")
+        if not os.access(above, os.W_OK | os.X_OK):
+            raise ExportError(f"{out} cannot be written: permission denied in {above}")
+    except OSError as e:
+        raise ExportError(f"{out} cannot be written: {e.strerror or e}") from None
 
 
 def write_folder(files: dict[str, bytes], out: Path) -> None:
@@ -107,9 +128,8 @@ def write_folder(files: dict[str, bytes], out: Path) -> None:
     """
     partial: Path | None = None
     try:
+        check_folder(out)
         where = out.resolve()
-        if where.exists() and not (where.is_dir() and not any(where.iterdir())):
-            raise ExportError(f"{out} exists already; choose another folder")
         partial = where.parent / f".{where.name}.{uuid.uuid4().hex}.part"
         partial.mkdir(parents=True)
         for name, content in files.items():
@@ -126,30 +146,40 @@ def write_folder(files: dict[str, bytes], out: Path) -> None:
             shutil.rmtree(partial, ignore_errors=True)
 
 
-def _simulate(config: RunConfig, evaluation: Evaluation) -> _Trial:
-    """Repeat the exported trial exactly as it was evaluated."""
-    loop = repeat_trial(config, evaluation, target=TARGET, repeat=REPEAT)
-    commands: list[np.ndarray] = []
+def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
+    """Repeat the exported trial exactly as it was evaluated.
 
-    def observe(sim: SimulationBatch) -> None:
-        commands.append(sim.commanded[0, 0].ravel().copy())
-
-    settled = loop.sim.state()[0, 0]
-    (result,) = loop.run(config.trials.trial_time, observe)
-    if result.failed is not None:
+    Raises:
+        ExportError: the evaluation failed, or cannot be repeated with this version.
+    """
+    if evaluation.fitness is None or not np.isfinite(evaluation.distances).all():
+        reason = evaluation.failure or "it has no complete result"
+        number = evaluation.solution.number
+        raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
+    replay = Replay(config, evaluation, target=TARGET, repeat=REPEAT)
+    replay.advance(0.0)
+    loop, period = replay.loop, config.physics.control_period
+    commands, path = [], []
+    if loop is not None and replay.failure is None:
+        settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
+        per_second = round(1.0 / period)
+        path.append(loop.head()[0, 0])
+        for k in range(1, round(config.trials.trial_time / period) + 1):
+            replay.advance(k * period)
+            commands.append(loop.sim.commanded[0, 0].ravel().copy())
+            if k % per_second == 0:
+                path.append(loop.head()[0, 0])
+    if replay.failure is not None or replay.score is None:
         raise ExportError(
-            f"evaluation {evaluation.solution.number} cannot be repeated with this version:"
-            f" {result.failures[result.failed]}"
+            f"evaluation {evaluation.solution.number} cannot be repeated with this version: {replay.failure}"
         )
-    return _Trial(
-        settled, np.array(commands), result.trajectory[0], float(result.scores[0]), loop.walls[0][0]
-    )
+    return Trial(settled, pose, np.array(commands), np.array(path), replay.score, replay.walls, replay)
 
 
 def _robot_xml(
     config: RunConfig,
     morphology: Morphology,
-    trial: _Trial,
+    trial: Trial,
 ) -> tuple[list[str], str]:
     """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
     spec = build_spec(morphology, physics=config.physics)
@@ -190,7 +220,7 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _readme(reader: RunReader, e: Evaluation, trial: _Trial) -> str:
+def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
     task, trials = get_task(reader.config.task), reader.config.trials
     morphology, head = e.solution.morphology, Head.of(e.solution.morphology, e.head_is_end)
     assert e.fitness is not None

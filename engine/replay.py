@@ -244,6 +244,11 @@ class Replay:
         """Seconds between two frames."""
         return self.config.physics.control_period * UPDATES_PER_FRAME
 
+    @property
+    def loop(self) -> ClosedLoop | None:
+        """The simulation itself, once the robot has settled; not to be touched while ``advance`` runs."""
+        return self._loop
+
     def cancel(self) -> None:
         """Make ``advance`` return soon, and at once from then on."""
         self._cancelled.set()

@@ -19,6 +19,7 @@ from engine.config import from_json, preset
 from engine.controller import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
+from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import build_robot
@@ -32,7 +33,6 @@ NAMES = {
     "trajectory.csv",
     "play.py",
     "genotype.json",
-    "bill_of_materials.csv",
 }
 
 
@@ -151,9 +151,9 @@ def test_genotype_is_lossless(reader, evaluation, files):
     assert content["versions"]["run"] == reader.versions
 
 
-def test_bill_of_materials_counts_every_part(evaluation, files):
+def test_bill_of_materials_counts_every_part(evaluation):
     n = evaluation.solution.morphology.n_modules
-    header, *parts = table(files["bill_of_materials.csv"])
+    header, *parts = table(bill_of_materials(evaluation.solution.morphology).encode())
     rows = [dict(zip(header, row, strict=True)) for row in parts]
     quantities = collections.Counter()
     for row in rows:

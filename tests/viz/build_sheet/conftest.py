@@ -1,0 +1,52 @@
+"""Robots of two and of ten modules, as a build sheet gets to see them."""
+
+import dataclasses
+import random
+
+import pytest
+
+from engine.controller import Neat
+from engine.evaluation import LocalEvaluator, Solution
+from engine.export import simulate_trial
+from engine.fabrication.materials import load_materials
+from engine.morphology import Morphology
+from engine.run import versions
+from engine.tasks import get_task
+from viz.build_sheet.facts import Facts, Place
+
+
+@pytest.fixture(scope="session")
+def materials():
+    return load_materials()
+
+
+@pytest.fixture(scope="session")
+def robots(small_config):
+    """Facts of robots by number of modules; the larger one has modules of three stiffnesses."""
+    trials = dataclasses.replace(small_config.trials, settle_time=1.0)
+    small_config = dataclasses.replace(small_config, trials=trials)
+    task = get_task(small_config.task)
+    controller = Neat(n_inputs=task.n_inputs).random(random.Random(1))
+    bodies = (
+        Morphology(3, (8, 5)),
+        Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8)),
+    )
+    found = {}
+    for number, body in enumerate(bodies):
+        mode = dataclasses.replace(small_config, stiffness=body.stiffness_mode)
+        evaluator = LocalEvaluator(
+            task=task, physics=mode.physics, trials=mode.trials, run_seed=mode.seed, n_threads=1
+        )
+        solution = Solution(number=number, morphology=body, controller=controller)
+        ((evaluation,),) = evaluator.evaluate([solution])
+        found[body.n_modules] = Facts(
+            run_name="a run <&> with ünusual → name",
+            date="2026-11-24",
+            place=Place(archive="morphology", cell=(body.n_modules - 2, 2)),
+            config=mode,
+            evaluation=evaluation,
+            trial=simulate_trial(mode, evaluation),
+            robust=None,
+            versions=versions(),
+        )
+    return found

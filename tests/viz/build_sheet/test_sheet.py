@@ -1,0 +1,175 @@
+"""What is on a build sheet, compared with the model, and whether anything lies over something else."""
+
+import dataclasses
+import io
+import itertools
+import re
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+
+from engine import servo
+from engine import tensegrity as t
+from engine.fabrication.bill_of_materials import mass_balance, parts
+from engine.fabrication.cables import cable_problems, cables, design_cables
+from engine.fabrication.firmware import pin_map
+from engine.fabrication.joints import joints, orientations
+from engine.fabrication.rods import rods
+from engine.robustness import Robustness
+from viz.build_sheet import performance, style
+from viz.build_sheet.document import typeset
+from viz.build_sheet.picture import Pen
+from viz.build_sheet.sheet import build_sheet
+
+PAPERS = {2: "a4", 10: "letter"}
+
+
+@pytest.fixture(scope="module")
+def sheets(robots, materials):
+    """PDF and layout by number of modules, the large robot's on Letter."""
+    return {n: build_sheet(facts, materials, PAPERS[n]) for n, facts in robots.items()}
+
+
+@pytest.fixture(scope="module")
+def letters():
+    """Sizes of the letters of each text on the sheets, filled by ``texts``: reading a PDF takes a while."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def texts(robots, materials, letters):
+    """What is written on the sheets, without their lines and areas, which take long to read."""
+    with pytest.MonkeyPatch.context() as patch:
+        for shape in ("line", "path", "disc", "box"):
+            patch.setattr(Pen, shape, lambda *_, **__: None)
+        pdfs = {n: build_sheet(facts, materials, PAPERS[n])[0] for n, facts in robots.items()}
+    return {n: read(pdf, letters.setdefault(n, set())) for n, pdf in pdfs.items()}
+
+
+def read(pdf, letters=None):
+    def visit(text, _cm, _tm, _font, size):
+        if letters is not None:
+            letters.add((text.strip(), size))
+
+    pages = [page.extract_text(visitor_text=visit) for page in PdfReader(io.BytesIO(pdf)).pages]
+    return " ".join(" ".join(pages).split())
+
+
+def what_to_expect(facts):
+    """Return the text of that section alone."""
+    paper = style.PAPERS["a4"]
+    pdf, _ = typeset(performance.pages(facts, paper), paper=paper, title="", running="", date="")
+    return read(pdf)
+
+
+@pytest.mark.parametrize("n", [2, 10])
+def test_nothing_overflows_or_lies_over_something_else(sheets, n):
+    pdf, layout = sheets[n]
+    assert layout.n_pages == len(PdfReader(io.BytesIO(pdf)).pages)
+    assert len(layout.pictures) >= 12 + 2 * n
+    assert len(layout.grids) >= 10
+    assert layout.too_narrow == []
+    frame = layout.frame
+    placed = [*layout.grids, *(p.area for p in layout.pictures)]
+    for box in placed:
+        assert frame.x0 - 0.5 <= box.x0 <= box.x1 <= frame.x1 + 0.5, box
+        assert frame.y0 - 0.5 <= box.y0 <= box.y1 <= frame.y1 + 0.5, box
+    for a, b in itertools.combinations(placed, 2):
+        assert not a.overlaps(b), (a, b)
+    for picture in layout.pictures:
+        area = picture.area
+        for label in picture.labels:
+            assert area.x0 - 1 <= label.x0 <= label.x1 <= area.x1 + 1, (picture.name, label)
+            assert area.y0 - 1 <= label.y0 <= label.y1 <= area.y1 + 1, (picture.name, label)
+        for a, b in itertools.combinations(picture.labels, 2):
+            assert not a.overlaps(b, slack=1.0), (picture.name, a.what, b.what)
+
+
+@pytest.mark.parametrize("n", [2, 10])
+def test_letters_are_large_enough_and_paper_is_as_asked(sheets, texts, letters, n):
+    pdf, _ = sheets[n]
+    reader = PdfReader(io.BytesIO(pdf))
+    paper = style.PAPERS[PAPERS[n]]
+    assert [float(v) for v in reader.pages[0].mediabox[2:]] == pytest.approx([paper.width, paper.height])
+    assert len(letters[n]) > 100
+    tiny = {text for text, size in letters[n] if text not in ("", "s") and size < 7}
+    assert tiny == set()  # but for the subscript of f_s
+
+
+@pytest.mark.parametrize("n", [2, 10])
+def test_the_numbers_are_the_models(robots, materials, texts, n):
+    facts, text = robots[n], texts[n]
+    morphology = facts.morphology
+    assert facts.robot_id in text
+    assert facts.robot_hash[:32] in text
+    assert f"{100 * facts.f_s:.2f} cm".replace("-", "−") in text
+    for name, distances in zip(facts.task.target_names, facts.evaluation.distances, strict=True):
+        assert f"{name} {100 * distances.mean():.2f}" in text
+    rod = rods(morphology, materials)[0]
+    assert f"rod 0 (servo) 0 – 1 {n} {1000 * rod.cut:.1f} {1000 * rod.length:.1f}" in text
+    for c in cables(morphology, materials):
+        figures = f"{1000 * c.assembled:.2f} {1000 * c.rest:.2f} {c.pretension:.3f} {c.stiffness:.2f}"
+        assert f"{c.nodes[0]} – {c.nodes[1]} {figures} {1e6 * c.area:.3f}" in text
+    stand = orientations(morphology)
+    for j in joints(morphology):
+        pairs = ", ".join(f"{a}–{b}" for a, b in j.node_pairs)
+        assert re.search(
+            rf"{j.module} and {j.module + 1} {j.face} .*? {pairs} {stand[j.module + 1].turn:.0f}°", text
+        )
+    for module, pin in pin_map(n).items():
+        assert f"D{pin}" in text
+        assert f"S{module}" in text
+    for k, node in enumerate(t.SERVO_NODES):
+        assert f"to node {node} {1000 * servo.TARGET_LENGTHS[0, k]:.1f}" in text
+    for problem in cable_problems(morphology, materials):
+        assert problem.proposals[0] in text
+    levels = {d.level for d in design_cables(morphology, materials)}
+    assert text.count("Passive cables of module") == len(levels)
+    assert all(word in text for word in ("simulated", "assumed", "Wear eye protection"))
+
+
+@pytest.mark.parametrize("n", [2, 10])
+def test_masses_on_the_sheet_add_up(robots, materials, texts, n):
+    facts, text = robots[n], texts[n]
+    balance = mass_balance(facts.morphology, materials)
+    carried = sum(
+        p.mass * p.quantity for p in parts(facts.morphology, materials) if p.group != "off the robot"
+    )
+    assert carried == pytest.approx(balance.built)
+    assert facts.mass == pytest.approx(balance.simulated)
+    total = f"robot {1000 * balance.simulated:.2f} {1000 * balance.built:.2f}"
+    assert total in text
+    # the column of the balance as it is printed
+    section = text[text.index("Does it weigh") : text.index(total)]
+    lines = re.findall(r"(?:rods|rod|cables|links) (\d+\.\d\d) (\d+\.\d\d) ", section)
+    assert len(lines) == len(balance.lines)
+    sums = np.array(lines, dtype=float).sum(axis=0)
+    np.testing.assert_allclose(sums, [1000 * balance.simulated, 1000 * balance.built], atol=0.03)
+
+
+def test_the_same_robot_gives_the_same_bytes(robots, materials, sheets):
+    facts = robots[2]
+    assert build_sheet(facts, materials, "a4")[0] == sheets[2][0]
+
+
+def test_a_users_text_is_printed_and_not_followed(texts):
+    # a character that the font lacks shows as a question mark
+    assert "a run <&> with ünusual ? name" in texts[2]
+
+
+def test_spread_under_fresh_noise_is_told_where_it_is_known(robots):
+    facts = robots[2]
+    fitness = facts.evaluation.fitness
+    robust = Robustness("", {}, {0: fitness}, {0: {1: fitness + 0.01, 2: fitness + 0.02, 3: None}})
+    text = what_to_expect(dataclasses.replace(facts, robust=robust))
+    fresh = 100 * (facts.task.target_distance - fitness) - np.array([1.0, 2.0])
+    assert "Evaluated again 2 times" in text
+    assert f"{fresh.mean():.2f} cm ± {fresh.std(ddof=1):.2f}".replace("-", "−") in text
+
+
+def test_a_run_without_trajectories_still_has_a_sheet(robots):
+    facts = robots[2]
+    empty = np.zeros((facts.task.n_targets, 0, 2), dtype=np.float32)
+    facts = dataclasses.replace(facts, evaluation=dataclasses.replace(facts.evaluation, trajectory=empty))
+    assert "does not hold the paths" in what_to_expect(facts)

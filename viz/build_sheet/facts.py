@@ -1,0 +1,174 @@
+"""What a build sheet is about: one robot, where it comes from, how it was simulated."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import re
+from typing import Final
+
+import numpy as np
+
+from engine import tensegrity as t
+from engine.archive import Cell
+from engine.config import RunConfig
+from engine.errors import InvalidData
+from engine.evaluation import Evaluation
+from engine.export import Trial
+from engine.identity import robot_hash, robot_id
+from engine.morphology import Morphology
+from engine.reader import RunReader
+from engine.records import cell_name
+from engine.robustness import Robustness, load_robust_of
+from engine.simulation import Head
+from engine.tasks import Task, get_task
+from viz.build_sheet.bodies import Body
+
+MODULE_MASS: Final = t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS
+"""What a module weighs in the simulation, in kg."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where in a run a robot was found: an archive and a cell of it."""
+
+    archive: str
+    cell: Cell
+
+    @property
+    def name(self) -> str:
+        """For people and for links: ``morphology 3,7``."""
+        return f"{self.archive} {cell_name(self.cell)}"
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """One robot of a run.
+
+    Attributes:
+        run_name: file name of the run, without its ending.
+        date: day the run was started, ``2026-11-24``, or ``unknown``.
+        place: where the robot was found; None if by its number alone.
+        config: of the run.
+        evaluation: of the robot.
+        trial: one of its trials, simulated again.
+        robust: what evaluating the run's elites again has shown, if anybody did.
+        versions: that the run was made with.
+    """
+
+    run_name: str
+    date: str
+    place: Place | None
+    config: RunConfig
+    evaluation: Evaluation
+    trial: Trial
+    robust: Robustness | None
+    versions: dict[str, str]
+
+    @property
+    def morphology(self) -> Morphology:
+        """The body's genotype."""
+        return self.evaluation.solution.morphology
+
+    @property
+    def head(self) -> Head:
+        """Which end goes first."""
+        return Head.of(self.morphology, self.evaluation.head_is_end)
+
+    @property
+    def task(self) -> Task:
+        """What the robot is asked to do."""
+        return get_task(self.config.task)
+
+    @property
+    def robot_id(self) -> str:
+        """Short name."""
+        return robot_id(self.config, self.evaluation.solution)
+
+    @property
+    def robot_hash(self) -> str:
+        """SHA-256 of genotypes, task and physics."""
+        return robot_hash(self.config, self.evaluation.solution)
+
+    @property
+    def f_s(self) -> float:
+        """How much closer to its targets the robot ends, in m."""
+        assert self.evaluation.fitness is not None
+        return self.task.target_distance - self.evaluation.fitness
+
+    @property
+    def mass(self) -> float:
+        """What the robot weighs in the simulation, in kg, before inertia is scaled."""
+        return self.morphology.n_modules * MODULE_MASS
+
+    @property
+    def body(self) -> Body:
+        """The robot settled on the ground, as simulated."""
+        return Body.settled(self.morphology, self.trial.pose)
+
+    @property
+    def link(self) -> str:
+        """The explorer's address of this robot, after the host: ``?run=NAME&archive=A&cell=I,J``."""
+        where = f"&archive={self.place.archive}&cell={cell_name(self.place.cell)}" if self.place else ""
+        return f"?run={self.run_name}{where}"
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Length along the robot, width and height in m of the settled robot, rods' thickness included."""
+        low, high = self.extent()
+        length, width, height = high - low
+        return float(length), float(width), float(height)
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners (3,) of the box round the settled robot, in m, along the axes of ``level``."""
+        points = self.level(self.body.nodes.reshape(-1, 3))
+        return points.min(axis=0) - t.ROD_RADIUS, points.max(axis=0) + t.ROD_RADIUS
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        """Turn points (..., 3) in m about the vertical so that the robot points along x, its head first.
+
+        The direction is that from the centre of the module at one end to that at the other.
+        """
+        centres = self.body.nodes.mean(axis=1)
+        along = (centres[-1] - centres[0])[:2]
+        along = along / np.linalg.norm(along) * (1.0 if self.head.is_end else -1.0)
+        turn = np.array([[along[0], along[1], 0.0], [-along[1], along[0], 0.0], [0.0, 0.0, 1.0]])
+        return (points - np.append(centres.mean(axis=0)[:2], 0.0)) @ turn.T
+
+
+def gather(reader: RunReader, evaluation: Evaluation, trial: Trial, place: Place | None = None) -> Facts:
+    """Collect what a build sheet is about.
+
+    Args:
+        reader: of the run.
+        evaluation: of the robot.
+        trial: one of its trials, simulated again.
+        place: where the robot was found.
+    """
+    return Facts(
+        run_name=reader.path.stem,
+        date=run_date(reader.created_at),
+        place=place,
+        config=reader.config,
+        evaluation=evaluation,
+        trial=trial,
+        robust=_robustness(reader),
+        versions=reader.versions,
+    )
+
+
+def run_date(created_at: str) -> str:
+    """Return the day of a run file's ``created_at``, or ``unknown`` for a file that does not say."""
+    match = re.match(r"\d{4}-\d\d-\d\d", created_at)
+    try:
+        return datetime.date.fromisoformat(match[0]).isoformat() if match else "unknown"
+    except ValueError:
+        return "unknown"
+
+
+def _robustness(reader: RunReader) -> Robustness | None:
+    """Return what evaluating elites again has shown, if the file beside the run is there and fits it."""
+    try:
+        return load_robust_of(reader)
+    except InvalidData:
+        return None

@@ -1,0 +1,63 @@
+"""The whole build sheet of a robot."""
+
+from __future__ import annotations
+
+from reportlab.platypus import Flowable, PageBreak
+
+from engine.fabrication.firmware import pin_map
+from engine.fabrication.materials import Materials
+from viz.build_sheet import (
+    assembly,
+    checks,
+    drawings,
+    joining,
+    materials_list,
+    nets,
+    parts,
+    performance,
+    sources,
+    style,
+    title,
+    wiring,
+)
+from viz.build_sheet.document import Layout, typeset
+from viz.build_sheet.facts import Facts
+from viz.build_sheet.style import PaperName
+
+
+def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> tuple[bytes, Layout]:
+    """Return a robot's build sheet as a PDF, and where everything is on its pages.
+
+    Equal arguments give equal bytes.
+
+    Args:
+        facts: the robot and where it comes from.
+        materials: what it is built from.
+        paper: to print on.
+    """
+    sheet = style.PAPERS[paper]
+    pins = pin_map(facts.morphology.n_modules)
+    sections = (
+        title.pages(facts, sheet),
+        performance.pages(facts, sheet),
+        drawings.pages(facts, sheet),
+        [*materials_list.pages(facts, materials, sheet), *parts.pages(facts, materials, sheet)],
+        nets.pages(facts, materials, sheet),
+        assembly.pages(facts, materials, sheet),
+        joining.pages(facts, sheet),
+        wiring.pages(facts, materials, pins, sheet),
+        [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
+    )
+    story: list[Flowable] = []
+    for section in sections:
+        if story:
+            story.append(PageBreak())
+        story += section
+    where = facts.place.name if facts.place else f"evaluation {facts.evaluation.solution.number}"
+    return typeset(
+        story,
+        paper=sheet,
+        title=f"Build sheet of robot {facts.robot_id}",
+        running=f"Robot {facts.robot_id} · run {facts.run_name} · {where}",
+        date=f"run of {facts.date}",
+    )

@@ -1,0 +1,177 @@
+"""Wiring, pins, and from servo command to cable length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from reportlab.lib.colors import HexColor
+from reportlab.platypus import Flowable
+
+from engine import servo
+from engine import tensegrity as t
+from engine.fabrication.materials import Materials
+from engine.fabrication.parts import drum_errors, groove_radii
+from viz.build_sheet import blocks, style
+from viz.build_sheet.facts import Facts
+from viz.build_sheet.picture import Pen, Picture
+from viz.build_sheet.style import Paper
+
+PLUS, MINUS, SIGNAL = HexColor("#b3261e"), HexColor("#17212b"), HexColor("#c98a00")
+ROW = 21.0
+COMMANDS = (0, 30, 60, 90, 120, 150, 180)
+
+
+def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Paper) -> list[Flowable]:
+    """Return the section; ``pins`` holds the board's pin for the servo of each module."""
+    n = facts.morphology.n_modules
+    board = materials.board
+    height = 40 + ROW * max(n, 4)
+    current = n * materials.servo.stall_current
+    return [
+        blocks.heading("Wiring"),
+        blocks.body(
+            f"One servo per module ({style.escaped(materials.servo.model)}), all on one"
+            f" {materials.servo.voltage:g} V supply; the signal of each comes from a pin of its own. All"
+            " servos"
+            f" blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the supply"
+            " and the"
+            " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos"
+            " from the"
+            " board's own 5 V pin. A capacitor of 470 to 1000 µF across the supply keeps the board from"
+            " resetting."
+        ),
+        Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
+        blocks.note(
+            f"Board: {style.escaped(board.model)}; {style.escaped(board.note)}. Supply:"
+            f" {style.escaped(materials.battery.model)}; {style.escaped(materials.battery.note)}."
+        ),
+        blocks.together(
+            [
+                blocks.subheading("Program"),
+                blocks.body(
+                    "Open firmware/tsmr_robot/tsmr_robot.ino in the Arduino IDE, choose the board, upload,"
+                    " and open the"
+                    " serial monitor at 115200 baud. Letters to type: <b>a0</b> all servos to 0°, <b>a180</b>"
+                    " to 180° (any"
+                    " number between), <b>g</b> go, <b>s</b> stop. After a… it prints how long every internal"
+                    " cable should"
+                    " be. Pins and pulses of the servos are in settings.h: measure them for each servo."
+                ),
+            ]
+        ),
+        blocks.together([blocks.subheading("Pin map"), _pins(facts, pins, paper.inner_width)]),
+        blocks.together(
+            [
+                blocks.subheading("Internal cables: length between guide and node, by servo command"),
+                _lengths(materials, paper.inner_width),
+                blocks.note(
+                    "Command 0° is released, 180° contracted. Each line is wound by its own groove of the"
+                    " printed drum;"
+                    " tie it so that its length at 0° is right. A drum winds evenly, which the simulated arm"
+                    " does not:"
+                    " in between it is off by the stated millimetres. Under load a cable yields: its tension"
+                    f" is {t.SERVO_OFFSET:.2f} N at its"
+                    f" target length, rises by {t.SERVO_GAIN:.1f} N for every metre that it is longer"
+                    f" ({t.SERVO_GAIN / 1000:.3f} N per mm) and is {t.SERVO_MAX_TENSION:.3f} N at most. So a"
+                    " cable ends in"
+                    f" {style.escaped(materials.line.elastic)}."
+                ),
+            ]
+        ),
+        blocks.together(
+            [blocks.subheading("What the controller does"), *blocks.bullets(_controller(facts))],
+        ),
+    ]
+
+
+def _controller(facts: Facts) -> list[str]:
+    rate = 1 / facts.config.physics.control_period
+    frequencies = " or ".join(f"{f:g}" for f in servo.FREQUENCIES)
+    phases = ", ".join(f"{np.degrees(p):.0f}°" for p in servo.PHASES)
+    inputs = ", ".join(style.escaped(name) for name in facts.task.inputs)
+    return [
+        f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in cm,"
+        " angles in rad,"
+        " positive to the left) and gives every module a frequency"
+        f" ({frequencies} Hz) and a phase ({phases}). The servo command is then 90° × (sin(2π × frequency ×"
+        " time +"
+        " phase) + 1).",
+        "The robot carries no sensor for these values: something beside it, such as a camera above the floor"
+        " that"
+        " sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without it"
+        " the robot"
+        " keeps the rhythm that it starts with.",
+        f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
+        " begins to"
+        " move.",
+        f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows"
+        " that.",
+    ]
+
+
+def _pins(facts: Facts, pins: Mapping[int, int], width: float) -> Flowable:
+    rows = []
+    for module in range(facts.morphology.n_modules):
+        role = "head" if module == facts.head.module else ""
+        rows.append([str(module), role, f"D{pins[module]}", f"S{module}"])
+    return blocks.grid(
+        ("module", "", "pin of the board", "label both ends of the cable"),
+        rows,
+        blocks.columns(width * 0.7, 15, 15, 30, 40),
+    )
+
+
+def _lengths(materials: Materials, width: float) -> Flowable:
+    radii, errors = groove_radii(materials.servo), drum_errors(materials.servo)
+    rows = []
+    for k, node in enumerate(t.SERVO_NODES):
+        figures = [f"{1000 * servo.TARGET_LENGTHS[c, k]:.1f}" for c in COMMANDS]
+        rows.append([f"to node {node}", *figures, f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
+    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove radius", "drum is off by at most")
+    return blocks.grid(
+        header, rows, blocks.columns(width, 17, *[9] * len(COMMANDS), 11, 15), right=range(1, 10)
+    )
+
+
+def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int]) -> None:
+    n = facts.morphology.n_modules
+    top = pen.height - 24
+    bottom = top - ROW * max(n, 4)
+    board = (8.0, bottom, 108.0, top - bottom)
+    supply = (pen.width - 92.0, bottom + (top - bottom) / 2 - 30, 84.0, 60.0)
+    servos = pen.width * 0.50
+    pen.box(*board, fill=style.BAND, radius=5)
+    pen.text(board[0] + 8, top - 14, "Controller", bold=True, size=9)
+    pen.text(board[0] + 8, top - 25, "board", bold=True, size=9)
+    pen.box(*supply, fill=style.BAND, radius=5)
+    pen.text(supply[0] + 20, supply[1] + 40, "Supply", bold=True, size=9)
+    pen.text(supply[0] + 20, supply[1] + 28, f"{materials.servo.voltage:g} V", size=8.5)
+    current = n * materials.servo.stall_current
+    pen.text(supply[0] + 20, supply[1] + 16, f"≥ {current:.1f} A", size=8.5)
+    plus, minus = servos + 92, servos + 108
+    y0, y1 = top + 8, bottom + 4
+    pen.text(plus, y0 + 4, "+", align="centre", bold=True, size=9, color=PLUS)
+    pen.text(minus, y0 + 4, "−", align="centre", bold=True, size=9, color=MINUS)
+    pen.line((plus, y0), (plus, y1), color=PLUS, width=2)
+    pen.line((minus, y0), (minus, y1 - 10), color=MINUS, width=2)
+    for module in range(n):
+        y = top - ROW * (module + 0.5)
+        pen.box(servos - 8, y - 8, 72, 16, fill=style.BAND, radius=3)
+        name = f"Servo {module}" + (" (head)" if module == facts.head.module else "")
+        pen.text(servos - 3, y - 2.8, name, size=8)
+        pen.line((board[0] + board[2], y), (servos - 8, y), color=SIGNAL, width=1.2)
+        pen.text(board[0] + board[2] - 5, y - 2.8, f"D{pins[module]}", align="right", bold=True)
+        pen.text((board[0] + board[2] + servos - 8) / 2, y - 2.8, f"S{module}", align="centre", halo=True)
+        pen.line((servos + 64, y + 3), (plus, y + 3), color=PLUS, width=1)
+        pen.line((servos + 64, y - 3), (minus, y - 3), color=MINUS, width=1)
+        pen.disc((plus, y + 3), 1.8, fill=PLUS)
+        pen.disc((minus, y - 3), 1.8, fill=MINUS)
+    for x, y, sign, color in ((plus, supply[1] + 44, "+", PLUS), (minus, supply[1] + 16, "−", MINUS)):
+        pen.line((x, y), (supply[0], y), color=color, width=2)
+        pen.disc((x, y), 2.4, fill=color)
+        pen.text(supply[0] + 5, y - 3, sign, bold=True, size=9, color=color)
+    # the common ground, the wire that is forgotten most often
+    pen.path([(minus, y1 - 10), (board[0] + 40, y1 - 10), (board[0] + 40, bottom)], stroke=MINUS, width=1.6)
+    pen.text(board[0] + 46, bottom + 5, "GND", bold=True)
+    pen.text((board[0] + 40 + servos) / 2, y1 - 12.8, "common ground", align="centre", halo=True)
