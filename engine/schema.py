@@ -8,7 +8,21 @@ APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
 FORMAT_VERSION: Final = 1
 
-TABLES: Final = """
+ORIGINS: Final = """
+-- What computed the evaluations; files from before it was recorded have neither table.
+CREATE TABLE IF NOT EXISTS computers (
+    id INTEGER PRIMARY KEY,
+    facts TEXT NOT NULL UNIQUE       -- JSON: architecture, instruction sets, versions
+);
+CREATE TABLE IF NOT EXISTS computed (
+    evaluation INTEGER PRIMARY KEY,
+    computer INTEGER NOT NULL,
+    seconds REAL                     -- CPU time, where it was measured for one evaluation alone
+);
+"""
+
+TABLES: Final = (
+    """
 CREATE TABLE meta (
     key TEXT PRIMARY KEY,
     value TEXT NOT NULL              -- JSON
@@ -54,3 +68,5 @@ CREATE TABLE state (
     algorithm TEXT NOT NULL          -- JSON
 );
 """
+    + ORIGINS
+)

@@ -8,6 +8,7 @@ holds whole generations, and the finished evaluations of the one that was under 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import fcntl
 import json
 import os
@@ -19,11 +20,12 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from engine.algorithms.snapshot import Snapshot
+from engine.computer import Computer, Origin
 from engine.config import RunConfig, to_json
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
 from engine.records import cell_name, from_row, to_row
-from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
+from engine.schema import APPLICATION_ID, FORMAT_VERSION, ORIGINS, TABLES
 
 SUFFIX: Final = ".tsmr"
 
@@ -123,6 +125,7 @@ class RunWriter:
         try:
             lock = _acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
+            writer._db.executescript(ORIGINS)
             for archive, cell, evaluation in writer._db.execute(
                 "SELECT archive, cell, evaluation FROM placements ORDER BY generation"
             ):
@@ -149,18 +152,47 @@ class RunWriter:
         except (sqlite3.Error, InvalidData) as e:
             raise RunFileError(f"{self.path} is damaged: {e}") from None
 
+    def n_told(self, generation: int) -> int:
+        """Return how many evaluations the generations before this one have."""
+        query = "SELECT COUNT(*) FROM evaluations WHERE generation < ?"
+        (n,) = self._db.execute(query, (generation,)).fetchone()
+        return int(n)
+
     def n_failed(self) -> int:
         """Return how many of the saved evaluations failed."""
         (n,) = self._db.execute("SELECT COUNT(failure) FROM evaluations").fetchone()
         return int(n)
 
-    def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
-        """Save finished evaluations of the generation under way."""
+    def add_evaluations(
+        self,
+        generation: int,
+        evaluations: Sequence[Evaluation],
+        origins: Sequence[Origin | None] = (),
+    ) -> None:
+        """Save finished evaluations of a generation under way.
+
+        Args:
+            generation: theirs.
+            evaluations: to save.
+            origins: what computed each, if that is known.
+        """
         with self._transaction():
             self._db.executemany(
                 f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})",
                 [to_row(generation, e) for e in evaluations],
             )
+            for e, origin in zip(evaluations, origins, strict=False):
+                if origin is not None:
+                    self._db.execute(
+                        "INSERT INTO computed VALUES (?, ?, ?)",
+                        (e.solution.number, self._computer_id(origin.computer), origin.seconds),
+                    )
+
+    def _computer_id(self, computer: Computer) -> int:
+        facts = json.dumps(dataclasses.asdict(computer), sort_keys=True)
+        self._db.execute("INSERT OR IGNORE INTO computers (facts) VALUES (?)", (facts,))
+        (number,) = self._db.execute("SELECT id FROM computers WHERE facts = ?", (facts,)).fetchone()
+        return int(number)
 
     def close_generation(self, algorithm: Snapshot, statistics: Any, seconds: float) -> None:
         """Save what a generation left behind: the archives' changes, their statistics, the state.
@@ -179,7 +211,9 @@ class RunWriter:
         gone = [(generation, *key, None) for key in self._placed if key not in held]
         new = [(generation, *key, n) for key, n in held.items() if self._placed.get(key) != n]
         with self._transaction():
-            (n, failed) = self._db.execute("SELECT COUNT(*), COUNT(failure) FROM evaluations").fetchone()
+            (n, failed) = self._db.execute(
+                "SELECT COUNT(*), COUNT(failure) FROM evaluations WHERE generation <= ?", (generation,)
+            ).fetchone()
             self._db.executemany("INSERT INTO placements VALUES (?, ?, ?, ?)", [*gone, *new])
             self._db.execute(
                 "INSERT INTO generations VALUES (?, ?, ?, ?, ?, ?)",
