@@ -8,11 +8,17 @@ import importlib.metadata
 import platform
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Self
+
+from engine.errors import InvalidData
 
 _CPUINFO: Final = Path("/proc/cpuinfo")
 _SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
 """Instruction sets that numerical libraries choose their code by, the widest first."""
+
+
+MAX_TEXT: Final = 200
+"""Characters of a fact that are read from a run file."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -29,6 +35,18 @@ class Computer:
     simd: str
     mujoco: str
     numpy: str
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read one back from its fields.
+
+        Raises:
+            InvalidData: it is not of that form.
+        """
+        names = [f.name for f in dataclasses.fields(cls)]
+        if not isinstance(data, dict) or not all(isinstance(data.get(n), str) for n in names):
+            raise InvalidData(f"a computer is described by {', '.join(names)}")
+        return cls(**{n: data[n][:MAX_TEXT] for n in names})
 
     def __str__(self) -> str:
         simd = self.simd or "unknown instruction sets"

@@ -51,7 +51,7 @@ class RunConfig:
     vie_neat: VieNeatConfig = VieNeatConfig()
     """Sizes and rates of ViE-NEAT's two populations."""
     overlap: int = 0
-    """Generations begun before the oldest is finished, so that many workers are never idle; ViE-NEAT: none."""
+    """Generations begun before the oldest is finished, so that many workers never idle; not of ViE-NEAT."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()

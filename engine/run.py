@@ -302,7 +302,9 @@ def _work(
             for generation in under_way:
                 own = {s.number for s in generation.solutions}
                 if ours := [e for e in group if e.solution.number in own]:
-                    writer.add_evaluations(generation.number, ours, [stream.origin(e) for e in ours])
+                    writer.add_evaluations(
+                        generation.number, ours, [stream.origin(e.solution.number) for e in ours]
+                    )
                     generation.finished |= {e.solution.number: e for e in ours}
             n_new += len(group)
             n_failed += sum(e.failure is not None for e in group)

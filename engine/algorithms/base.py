@@ -28,9 +28,9 @@ class Algorithm(abc.ABC):
     """A quality-diversity algorithm that neither evaluates nor stores.
 
     ``ask`` and ``tell`` alternate: one pair of calls is one generation. An algorithm with an overlap may be
-    asked for more generations before the oldest is told; they are told in the order of asking. ``state`` after a ``tell``,
-    together with the archives' contents and the run's evaluations, is all that ``restore`` needs to go on
-    identically.
+    asked for more generations before the oldest is told; they are told in the order of asking. ``state``
+    after a ``tell``, together with the archives' contents and the run's evaluations, is all that
+    ``restore`` needs to go on identically.
     """
 
     @property

@@ -1,23 +1,29 @@
-"""Workers of a Dask cluster: any number of machines behind one scheduler.
+"""Workers of a Dask cluster: any number of machines behind one scheduler, coming and going as they like.
 
-Dask repeats what a worker leaves unfinished that dies, and lets workers come and go.
+When a worker dies, Dask suspects every job that it had been given, begun or not. So that the innocent are
+not given up with the guilty, no more jobs are handed to the scheduler than its workers have threads.
 """
 
 from __future__ import annotations
 
 import contextlib
 import itertools
+import time
 import uuid
+from collections import deque
 from collections.abc import Iterator
 from typing import Any, Final, Self
 
 from engine.distributed.job import Result, World, compute
-from engine.distributed.pool import MAX_DEATHS, Died
+from engine.distributed.pool import Died
 from engine.errors import ClusterError
 from engine.evaluation import Solution
 
 CONNECT_TIMEOUT: Final = 20.0
 """Seconds within which a scheduler must answer."""
+REFRESH: Final = 2.0
+"""Seconds after which the threads of the workers are counted again."""
+_POLL: Final = 0.01
 EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[cluster]'"
 
 
@@ -47,7 +53,9 @@ class DaskWorkers:
             raise ClusterError(f"no Dask scheduler answers at {where}: {_line(e)}") from None
         self._where = where
         self._finished = distributed.as_completed(with_results=False, loop=self._client.loop)
+        self._queue: deque[tuple[World, Solution]] = deque()
         self._solutions: dict[str, Solution] = {}
+        self._n_threads, self._counted_at = 0, -REFRESH
         self._count = itertools.count()
         self._session = uuid.uuid4().hex[:8]
 
@@ -68,12 +76,7 @@ class DaskWorkers:
 
     def submit(self, world: World, solution: Solution) -> None:
         """Have a solution evaluated; what is submitted first is begun first."""
-        n = next(self._count)
-        key = f"tensatlas-{self._session}-{n}"
-        with self._reachable():
-            future = self._client.submit(compute, world, [solution], key=key, pure=False, priority=-n)
-            self._solutions[key] = solution
-            self._finished.add(future)
+        self._queue.append((world, solution))
 
     def wait(self) -> list[tuple[Solution, Result | Died]]:
         """Return what has been finished since the last call; wait until there is something.
@@ -82,15 +85,31 @@ class DaskWorkers:
             TensAtlasError: a job has an error of the user's, or the scheduler is gone.
         """
         with self._reachable():
-            batch = self._finished.next_batch(block=True)
-            return [self._outcome(future) for future in batch]
+            self._begin()
+            while not self._finished.has_ready():
+                time.sleep(_POLL)
+                self._begin()  # a worker may have come
+            found = [self._outcome(future) for future in self._finished.next_batch(block=False)]
+            self._begin()
+            return found
+
+    def _begin(self) -> None:
+        now = time.monotonic()
+        if now - self._counted_at >= REFRESH:
+            self._n_threads, self._counted_at = self.n_workers, now
+        while self._queue and len(self._solutions) < self._n_threads:
+            world, solution = self._queue.popleft()
+            key = f"tensatlas-{self._session}-{next(self._count)}"
+            future = self._client.submit(compute, world, [solution], key=key, pure=False)
+            self._solutions[key] = solution
+            self._finished.add(future)
 
     def _outcome(self, future: Any) -> tuple[Solution, Result | Died]:
         solution = self._solutions.pop(future.key)
         try:
             return solution, future.result()
         except self._dask.KilledWorker:
-            return solution, Died("Dask gave it up after as many deaths as its scheduler allows", final=True)
+            return solution, Died("a worker of the Dask cluster was lost with it")
         finally:
             future.release()
 
@@ -115,17 +134,17 @@ def local_cluster(n_workers: int) -> Any:
         import distributed
     except ImportError:
         raise ClusterError(EXTRA) from None
-    allow_deaths()
+    report_deaths()
     return distributed.LocalCluster(
         n_workers=n_workers, threads_per_worker=1, processes=True, dashboard_address=None
     )
 
 
-def allow_deaths() -> None:
-    """Make schedulers started by this process give a job up after as many deaths as our own workers do."""
+def report_deaths() -> None:
+    """Make schedulers started by this process say when a worker is lost, instead of repeating its job often."""
     import dask
 
-    dask.config.set({"distributed.scheduler.allowed-failures": MAX_DEATHS - 1})
+    dask.config.set({"distributed.scheduler.allowed-failures": 0})
 
 
 def _line(error: BaseException) -> str:

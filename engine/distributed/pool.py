@@ -20,11 +20,9 @@ class Died:
 
     Attributes:
         reason: how, for people.
-        final: whether somebody else has repeated it often enough.
     """
 
     reason: str
-    final: bool = False
 
 
 class Workers(Protocol):
@@ -97,7 +95,7 @@ class PoolEvaluator:
     def _repeat(self, solution: Solution, death: Died) -> Evaluation | None:
         """Submit a lost job again; return a failed evaluation if that has been done often enough."""
         deaths = self._deaths[solution.number] = self._deaths.get(solution.number, 0) + 1
-        if deaths < MAX_DEATHS and not death.final:
+        if deaths < MAX_DEATHS:
             self._workers.submit(self._world, solution)
             return None
         return unfinished(self._world.config, solution, f"its worker died each time: {death.reason}")
