@@ -141,7 +141,7 @@ def local_cluster(n_workers: int) -> Any:
 
 
 def report_deaths() -> None:
-    """Make schedulers started by this process say when a worker is lost, instead of repeating its job often."""
+    """Make schedulers started by this process report a lost worker, instead of repeating its job often."""
     import dask
 
     dask.config.set({"distributed.scheduler.allowed-failures": 0})
