@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import platform
 import tempfile
 import time
 from collections.abc import Sequence
@@ -17,8 +18,9 @@ import numpy as np
 
 from engine.computer import Computer, this_computer
 from engine.config import RunConfig
-from engine.errors import TaskError
+from engine.errors import ClusterError, TaskError
 from engine.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
+from engine.robot import body_fingerprint
 from engine.tasks import BUILT_IN, get_task, load_task, task_version
 
 
@@ -28,10 +30,12 @@ class World:
 
     Attributes:
         config: of the run.
+        body: fingerprint of how robots are modelled.
         task_source: the Python file that defines the run's task, None for a built-in one.
     """
 
     config: RunConfig
+    body: str
     task_source: bytes | None = None
 
 
@@ -59,7 +63,7 @@ def world_of(config: RunConfig) -> World:
         TaskError: that file cannot be read any more, or has changed since it was loaded.
     """
     if config.task in BUILT_IN:
-        return World(config)
+        return World(config, body_fingerprint())
     file = Path(get_task(config.task).file)
     try:
         source = file.read_bytes()
@@ -67,7 +71,7 @@ def world_of(config: RunConfig) -> World:
         raise TaskError(f"{file} cannot be read: {e.strerror or e}") from None
     if task_version(config.task) != {f"task {config.task}": source_version(source)}:
         raise TaskError(f"{file} has changed since it was loaded; start again")
-    return World(config, source)
+    return World(config, body_fingerprint(), source)
 
 
 def source_version(source: bytes) -> str:
@@ -76,8 +80,18 @@ def source_version(source: bytes) -> str:
 
 
 def compute(world: World, solutions: Sequence[Solution]) -> Result:
-    """Evaluate solutions on one thread of this process."""
+    """Evaluate solutions on one thread of this process.
+
+    Raises:
+        ClusterError: the TensAtlas of this process has other robots than the one that asks.
+        TaskError: the task is a user's and fails.
+    """
     started = time.process_time()
+    if world.body != body_fingerprint():
+        raise ClusterError(
+            f"a worker on {platform.node()} has another version of TensAtlas, whose robots differ; install"
+            " the same there"
+        )
     _load(world)
     failures: dict[int, FailedTrial] = {}
 
