@@ -23,7 +23,9 @@ from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
+from app.workers import WorkerFlags, opened
 from engine import run
+from engine.computer import differing
 from engine.config import preset
 from engine.errors import InvalidData, TensAtlasError
 from engine.reader import Generation, RunReader
@@ -72,6 +74,7 @@ def _parse(arguments: list[str]) -> c.Command:
         Annotated[c.Explore, tyro.conf.subcommand("explore")]
         | evolve
         | Annotated[c.Resume, tyro.conf.subcommand("resume")]
+        | Annotated[c.Campaign, tyro.conf.subcommand("campaign")]
         | Annotated[c.Info, tyro.conf.subcommand("info")]
         | Annotated[c.Export, tyro.conf.subcommand("export")]
         | Annotated[c.Record, tyro.conf.subcommand("record")]
@@ -121,9 +124,14 @@ def _dispatch(command: c.Command, console: Console) -> None:
 
             replay_dump(command.file, _listening(command))
         case c.Evolve():
-            _work(command.run, command.workers, command.config, console)
+            _work(command.run, command.computing, command.config, console)
         case c.Resume():
-            _work(command.run, command.workers, None, console)
+            _work(command.run, command.computing, None, console)
+        case c.Campaign():
+            from app.campaign import run_campaign
+
+            if status := run_campaign(command, console):
+                sys.exit(status)
         case c.Info():
             _info(command.run, command.json)
         case c.Export():
@@ -170,19 +178,19 @@ def _listening(command: c.Explore | c.ReplayDump) -> Any:
     )
 
 
-def _work(path: Path, workers: int, config: Any, console: Console) -> None:
-    _check_workers(workers)
+def _work(path: Path, flags: WorkerFlags, config: Any, console: Console) -> None:
     # a task of the user's is found again only if they name its file
     file = "" if config is None else get_task(config.task).file
     prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
     try:
-        with ProgressDisplay(console) as display:
+        with opened(flags) as workers, ProgressDisplay(console) as display:
+            computing: dict[str, Any] = {"n_threads": flags.workers, "workers": workers}
             if config is None:
                 for change in run.changed_versions(path):
                     console.print(f"tensatlas: note: {change}: results may differ", markup=False)
-                run.resume(path, n_threads=workers, observer=display.update)
+                run.resume(path, observer=display.update, **computing)
             else:
-                run.evolve(path, config, n_threads=workers, observer=display.update)
+                run.evolve(path, config, observer=display.update, **computing)
     except KeyboardInterrupt:
         console.print(
             f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",
@@ -201,6 +209,7 @@ def _info(path: Path, as_json: bool) -> None:
     with RunReader(path) as reader:
         generations = reader.generations()
         last = generations[-1] if generations else None
+        computers = reader.computers()
         facts = {
             "path": str(path),
             "task": reader.config.task,
@@ -215,6 +224,7 @@ def _info(path: Path, as_json: bool) -> None:
             "live": reader.is_live,
             "versions": reader.versions,
             "archives": _archive_facts(last),
+            "computed_on": [{"evaluations": n, **dataclasses.asdict(c)} for c, n in computers.items()],
         }
         if as_json:
             facts["config"] = dataclasses.asdict(reader.config)
@@ -232,6 +242,10 @@ def _info(path: Path, as_json: bool) -> None:
     console.print(f"{'failed':<12} {facts['failed']}", markup=False)
     if change:
         console.print(f"{'note':<12} {change}: results may differ", markup=False)
+    for computer, n in computers.items():
+        console.print(f"{'computed on':<12} {computer}: {n} evaluations", markup=False)
+    for difference in differing(list(computers)):
+        console.print(f"{'note':<12} computers differ in {difference}: the last bits may too", markup=False)
     for name, figures in _archive_facts(last).items():
         console.print(
             f"{name:<12} best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f}"

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from app.workers import WorkerFlags
 from engine.config import RunConfig
 
 
@@ -46,8 +47,8 @@ class Evolve:
     """Run file to create, *.tsmr."""
     preset: str = "quick"
     """paper (the published experiment), quick (half an hour on two cores) or smoke (seconds)."""
-    workers: int = os.cpu_count() or 1
-    """Threads that simulate; the result does not depend on it."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]
     """What decides the outcome of a run."""
 
@@ -58,8 +59,28 @@ class Resume:
 
     run: tyro.conf.Positional[Path]
     """Run file."""
-    workers: int = os.cpu_count() or 1
-    """Threads that simulate; the result does not depend on it."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """Run an experiment of many runs: a grid of tasks, algorithms and seeds, and their comparison.
+
+    What is finished is left alone, what is unfinished is gone on with: after an interruption give the same
+    command again.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """TOML file that describes it; docs/campaigns/paper.toml is the published experiment."""
+    out: Path
+    """Folder of the run files, their logs and the report."""
+    jobs: int = 1
+    """Runs at a time, each with workers of its own."""
+    dry_run: bool = False
+    """Only say which runs there are and which are finished."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ import typing
 from typing import Any, Final, Literal
 
 from engine.algorithms.dm_me import check_cell_capacity
-from engine.algorithms.map_search import PAPER_REFITS, check_schedule
+from engine.algorithms.map_search import PAPER_REFITS, check_overlap, check_schedule
 from engine.algorithms.vie_neat import VieNeatConfig
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
@@ -50,6 +50,8 @@ class RunConfig:
     """One stiffness for all modules of a robot, as published, or one for each."""
     vie_neat: VieNeatConfig = VieNeatConfig()
     """Sizes and rates of ViE-NEAT's two populations."""
+    overlap: int = 0
+    """Generations begun before the oldest is finished, so that many workers never idle; not of ViE-NEAT."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()
@@ -63,6 +65,9 @@ class RunConfig:
             self.vie_neat.check_budget(self.evaluations)
         else:
             check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+        check_overlap(self.overlap)
+        if self.overlap and self.algorithm == "vie-neat":
+            raise InvalidData("overlap is for dm-me and map-elites; generations of vie-neat do not overlap")
         check_cell_capacity(self.cell_capacity)
         if self.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")

@@ -68,3 +68,7 @@ class DumpError(TensAtlasError):
 
 class ExportError(TensAtlasError):
     """A solution cannot be exported, or the export cannot be written where it was asked for."""
+
+
+class ClusterError(TensAtlasError):
+    """Workers cannot be started or reached, or are not fit for a run."""

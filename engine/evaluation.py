@@ -10,7 +10,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
 
@@ -81,6 +81,33 @@ class Solution:
     parent: int | None = None
     operator: str = "random"
     source: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON-ready values."""
+        return {
+            "number": self.number,
+            "morphology": self.morphology.to_json(),
+            "controller": self.controller.to_json(),
+            "parent": self.parent,
+            "operator": self.operator,
+            "source": self.source,
+        }
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read a solution back from ``to_json``'s form.
+
+        Raises:
+            InvalidData, TypeError, KeyError: it is not of that form.
+        """
+        return cls(
+            number=int(data["number"]),
+            morphology=Morphology.from_json(data["morphology"]),
+            controller=Controller.from_json(data["controller"]),
+            parent=None if data["parent"] is None else int(data["parent"]),
+            operator=str(data["operator"]),
+            source=None if data["source"] is None else str(data["source"]),
+        )
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from engine.errors import RunFileError
 from engine.lock import RunLock
 from engine.reader import RunReader
 from engine.records import digest
-from engine.schema import DIGESTS, FORMAT_VERSION
+from engine.schema import DIGESTS, FORMAT_VERSION, ORIGINS
 from engine.store import SUFFIX, sync_folder, unwritable
 
 
@@ -74,11 +74,12 @@ def migrate(path: Path, out: Path) -> int:
     return version
 
 
-def _add_digests(db: sqlite3.Connection) -> None:
-    db.execute(DIGESTS)
+def _add_digests_and_origins(db: sqlite3.Connection) -> None:
+    for table in (DIGESTS, *ORIGINS):
+        db.execute(table)
     for row in db.execute("SELECT * FROM evaluations"):
         db.execute("INSERT INTO digests VALUES (?, ?)", (row[0], digest(row)))
 
 
-_STEPS: Final[dict[int, Callable[[sqlite3.Connection], None]]] = {1: _add_digests}
+_STEPS: Final[dict[int, Callable[[sqlite3.Connection], None]]] = {1: _add_digests_and_origins}
 """What takes a file from each format to the next."""

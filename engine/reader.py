@@ -15,6 +15,7 @@ from typing import Any, Self
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.computer import Computer
 from engine.config import RunConfig, from_json
 from engine.errors import (
     UNEXPECTED_DATA,
@@ -349,6 +350,17 @@ class RunReader:
     def lacks_trajectories(self) -> bool:
         """Tell whether any evaluation is without its trajectory, as in a file made smaller."""
         return bool(self._query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
+
+    def computers(self) -> dict[Computer, int]:
+        """Return what computed the evaluations and how many; of older files nothing is known."""
+        if not self._query("SELECT 1 FROM sqlite_master WHERE name = 'computed'"):
+            return {}
+        rows = self._query(
+            "SELECT facts, COUNT(*) FROM computed JOIN computers ON id = computer"
+            " GROUP BY facts ORDER BY 2 DESC, 1"
+        )
+        with self.guard():
+            return {Computer.from_json(json.loads(facts)): int(n) for facts, n in rows}
 
     def all_evaluations(self) -> list[Evaluation]:
         """Return every saved evaluation in the order of their numbers."""

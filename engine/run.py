@@ -7,6 +7,7 @@ import dataclasses
 import importlib.metadata
 import platform
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from engine.algorithms.snapshot import Snapshot
 from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
 from engine.config import RunConfig
+from engine.distributed.job import world_of
+from engine.distributed.pool import PoolEvaluator, Workers
 from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
@@ -25,6 +28,7 @@ from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
+from engine.stream import LocalStream, Stream
 from engine.tasks import get_task, task_version
 from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.timestep import check_timestep
@@ -71,6 +75,7 @@ def create_algorithm(config: RunConfig) -> Algorithm:
         "batch_size": config.batch_size,
         "refit_generations": config.refit_generations,
         "sensory": config.sensory,
+        "overlap": config.overlap,
     }
     match config.algorithm:
         case "dm-me":
@@ -118,16 +123,31 @@ def versions(task: str = "") -> dict[str, str]:
     return found | task_version(task)
 
 
-def evolve(path: Path, config: RunConfig, *, n_threads: int = 1, observer: Observer | None = None) -> None:
+def evolve(
+    path: Path,
+    config: RunConfig,
+    *,
+    n_threads: int = 1,
+    workers: Workers | None = None,
+    observer: Observer | None = None,
+) -> None:
     """Start a run and work until its budget is spent.
 
+    Args:
+        path: of the run file to create.
+        config: of the run.
+        n_threads: threads of this process that simulate, where there are no workers.
+        workers: processes here or elsewhere that evaluate instead; they stay open.
+        observer: told of the progress.
+
     Raises:
+        ClusterError: the workers cannot be reached any more; what is finished is saved.
         RunFileError: the file exists or cannot be written.
         InvalidData: robots do not survive the physics.
     """
     check_physics(config)
     with RunWriter.create(path, config, versions(config.task)) as writer:
-        _work(writer, config, create_algorithm(config), 0.0, n_threads, observer)
+        _work(writer, config, create_algorithm(config), 0.0, _streams(n_threads, workers), observer)
 
 
 def check_physics(config: RunConfig) -> None:
@@ -161,10 +181,15 @@ def changed_versions(path: Path) -> list[str]:
     ]
 
 
-def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) -> None:
+def resume(
+    path: Path, *, n_threads: int = 1, workers: Workers | None = None, observer: Observer | None = None
+) -> None:
     """Go on with an interrupted run, exactly as if it had never stopped; nothing if it is finished.
 
+    Args as of ``evolve``.
+
     Raises:
+        ClusterError: the workers cannot be reached any more; what is finished is saved.
         RunFileError: the file is no run file, is damaged, or another process is writing it.
         InvalidData: it is not finished, and today's robots do not survive its physics.
     """
@@ -185,7 +210,7 @@ def resume(path: Path, *, n_threads: int = 1, observer: Observer | None = None) 
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
             stack.close()
-            _work(writer, reader.config, algorithm, seconds, n_threads, observer)
+            _work(writer, reader.config, algorithm, seconds, _streams(n_threads, workers), observer)
 
 
 def _restore(reader: RunReader) -> tuple[Algorithm, float]:
@@ -200,12 +225,32 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     return algorithm, last.seconds
 
 
+def _streams(n_threads: int, workers: Workers | None) -> Callable[[RunConfig, DumpFolder], Stream]:
+    """Return what makes the stream of a run's evaluations, which keeps failures in a folder."""
+
+    def make(config: RunConfig, dumps: DumpFolder) -> Stream:
+        if workers is None:
+            return LocalStream(create_evaluator(config, n_threads, dumps))
+        return PoolEvaluator(workers=workers, world=world_of(config), keep_failure=dumps.keep)
+
+    return make
+
+
+@dataclasses.dataclass(slots=True)
+class _UnderWay:
+    """A generation that has been asked for and not yet told."""
+
+    number: int
+    solutions: Sequence[Solution]
+    finished: dict[int, Evaluation]
+
+
 def _work(
     writer: RunWriter,
     config: RunConfig,
     algorithm: Algorithm,
     seconds_before: float,
-    n_threads: int,
+    stream_for: Callable[[RunConfig, DumpFolder], Stream],
     observer: Observer | None,
 ) -> None:
     dumps = DumpFolder(
@@ -214,18 +259,19 @@ def _work(
         versions=versions(config.task),
         n_failed=writer.n_failed(),
     )
-    evaluator = create_evaluator(config, n_threads, dumps)
+    stream = stream_for(config, dumps)
     distance = get_task(config.task).target_distance
     started = time.monotonic()
     n_new = n_failed = 0
-    n_done = 0
+    n_told = writer.n_told(algorithm.generation)
+    under_way: deque[_UnderWay] = deque()
 
     def report() -> None:
         if observer:
             observer(
                 Progress(
                     generation=algorithm.generation,
-                    n_evaluations=n_done,
+                    n_evaluations=n_told + sum(len(g.finished) for g in under_way),
                     budget=config.evaluations,
                     n_new=n_new,
                     seconds=time.monotonic() - started,
@@ -235,26 +281,42 @@ def _work(
                 )
             )
 
-    while solutions := algorithm.ask():
-        finished = {e.solution.number: e for e in writer.pending(algorithm.generation)}
+    def begin(solutions: Sequence[Solution]) -> None:
+        number = algorithm.generation + len(under_way)
+        finished = {e.solution.number: e for e in writer.pending(number)}
         _check_pending(writer.path, finished, solutions)
-        n_done = solutions[0].number + len(finished)
+        under_way.append(_UnderWay(number, solutions, finished))
+        stream.submit([s for s in solutions if s.number not in finished])
+
+    for solutions in algorithm.outstanding:
+        begin(solutions)
+    while True:
+        while len(under_way) <= config.overlap and (asked := algorithm.ask()):
+            begin(asked)
         report()
-        for group in evaluator.evaluate([s for s in solutions if s.number not in finished]):
-            writer.add_evaluations(algorithm.generation, group)
-            finished |= {e.solution.number: e for e in group}
-            n_done += len(group)
+        if not under_way:
+            return
+        oldest = under_way[0]
+        while len(oldest.finished) < len(oldest.solutions):
+            group = stream.collect()
+            for generation in under_way:
+                own = {s.number for s in generation.solutions}
+                if ours := [e for e in group if e.solution.number in own]:
+                    writer.add_evaluations(
+                        generation.number, ours, [stream.origin(e.solution.number) for e in ours]
+                    )
+                    generation.finished |= {e.solution.number: e for e in ours}
             n_new += len(group)
             n_failed += sum(e.failure is not None for e in group)
             report()
-        algorithm.tell(list(finished.values()))
+        algorithm.tell(list(oldest.finished.values()))
+        under_way.popleft()
+        n_told += len(oldest.solutions)
         writer.close_generation(
             algorithm,
             statistics(algorithm, distance),
             seconds_before + time.monotonic() - started,
         )
-    n_done = config.evaluations
-    report()
 
 
 def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Sequence[Solution]) -> None:

@@ -7,8 +7,8 @@ from typing import Final
 APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
 FORMAT_VERSION: Final = 2
-"""1 had no digests. A file keeps the format that it was made with until somebody asks for a copy in this
-one (``engine.migration``)."""
+"""1 had neither digests nor origins. A file keeps the format that it was made with until somebody asks for
+a copy in this one (``engine.migration``)."""
 
 DIGESTS: Final = """
 CREATE TABLE digests (
@@ -17,8 +17,26 @@ CREATE TABLE digests (
 );
 """
 
+ORIGINS: Final = (
+    """
+CREATE TABLE computers (
+    id INTEGER PRIMARY KEY,
+    facts TEXT NOT NULL UNIQUE       -- JSON: architecture, instruction sets, versions
+);
+""",
+    """
+CREATE TABLE computed (
+    evaluation INTEGER PRIMARY KEY,
+    computer INTEGER NOT NULL,
+    seconds REAL                     -- CPU time, where it was measured for one evaluation alone
+);
+""",
+)
+"""What computed the evaluations, as far as it is known."""
+
 TABLES: Final = (
     DIGESTS
+    + "".join(ORIGINS)
     + """
 CREATE TABLE meta (
     key TEXT PRIMARY KEY,

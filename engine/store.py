@@ -8,6 +8,7 @@ holds whole generations, and the finished evaluations of the one that was under 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import errno
 import json
 import os
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from engine.algorithms.snapshot import Snapshot
+from engine.computer import Computer, Origin
 from engine.config import RunConfig, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError
 from engine.evaluation import Evaluation
@@ -41,7 +43,7 @@ class RunWriter:
         self._db = connection
         self._lock = lock
         self._placed: dict[tuple[str, str], int] = {}
-        self._has_digests = connection.execute("PRAGMA user_version").fetchone()[0] > 1
+        self._documents = connection.execute("PRAGMA user_version").fetchone()[0] > 1
 
     @classmethod
     def create(
@@ -144,18 +146,48 @@ class RunWriter:
         except (sqlite3.Error, InvalidData) as e:
             raise DamagedRunFile(self.path, f"is damaged: {e}") from None
 
+    def n_told(self, generation: int) -> int:
+        """Return how many evaluations the generations before this one have."""
+        query = "SELECT COUNT(*) FROM evaluations WHERE generation < ?"
+        (n,) = self._db.execute(query, (generation,)).fetchone()
+        return int(n)
+
     def n_failed(self) -> int:
         """Return how many of the saved evaluations failed."""
         (n,) = self._db.execute("SELECT COUNT(failure) FROM evaluations").fetchone()
         return int(n)
 
-    def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
-        """Save finished evaluations of the generation under way."""
+    def add_evaluations(
+        self,
+        generation: int,
+        evaluations: Sequence[Evaluation],
+        origins: Sequence[Origin | None] = (),
+    ) -> None:
+        """Save finished evaluations of a generation under way.
+
+        Args:
+            generation: theirs.
+            evaluations: to save.
+            origins: what computed each, if that is known.
+        """
         rows = [to_row(generation, e) for e in evaluations]
         with self._transaction():
             self._db.executemany(f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})", rows)
-            if self._has_digests:
-                self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
+            if not self._documents:
+                return
+            self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
+            for e, origin in zip(evaluations, origins, strict=False):
+                if origin is not None:
+                    self._db.execute(
+                        "INSERT INTO computed VALUES (?, ?, ?)",
+                        (e.solution.number, self._computer_id(origin.computer), origin.seconds),
+                    )
+
+    def _computer_id(self, computer: Computer) -> int:
+        facts = json.dumps(dataclasses.asdict(computer), sort_keys=True)
+        self._db.execute("INSERT OR IGNORE INTO computers (facts) VALUES (?)", (facts,))
+        (number,) = self._db.execute("SELECT id FROM computers WHERE facts = ?", (facts,)).fetchone()
+        return int(number)
 
     def insert(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
         """Save rows of a table as another file of this format has them."""
@@ -183,7 +215,7 @@ class RunWriter:
         gone = [(generation, *key, None) for key in self._placed if key not in held]
         new = [(generation, *key, n) for key, n in held.items() if self._placed.get(key) != n]
         with self._transaction():
-            # a recovered run may have evaluations of later generations already
+            # there may be evaluations of later generations already
             (n, failed) = self._db.execute(
                 "SELECT COUNT(*), COUNT(failure) FROM evaluations WHERE generation <= ?", (generation,)
             ).fetchone()

@@ -27,9 +27,10 @@ class Axis:
 class Algorithm(abc.ABC):
     """A quality-diversity algorithm that neither evaluates nor stores.
 
-    ``ask`` and ``tell`` alternate: one pair of calls is one generation. ``state`` after a ``tell``,
-    together with the archives' contents and the run's evaluations, is all that ``restore`` needs to go on
-    identically.
+    ``ask`` and ``tell`` alternate: one pair of calls is one generation. An algorithm with an overlap may be
+    asked for more generations before the oldest is told; they are told in the order of asking. ``state``
+    after a ``tell``, together with the archives' contents and the run's evaluations, is all that
+    ``restore`` needs to go on identically.
     """
 
     @property
@@ -46,13 +47,18 @@ class Algorithm(abc.ABC):
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of an archive as they are now."""
 
+    @property
+    def outstanding(self) -> tuple[tuple[Solution, ...], ...]:
+        """The generations that have been asked for and not yet told, the oldest first."""
+        return ()
+
     @abc.abstractmethod
     def ask(self) -> list[Solution]:
-        """Return the solutions to evaluate next."""
+        """Return the solutions to evaluate next; none if others must be told first or the budget is spent."""
 
     @abc.abstractmethod
     def tell(self, evaluations: Sequence[Evaluation]) -> None:
-        """Take in the evaluations of exactly the solutions asked for, in any order.
+        """Take in the evaluations of exactly the solutions of the oldest ``ask``, in any order.
 
         Raises:
             ValueError: they are not the evaluations of the solutions asked for.

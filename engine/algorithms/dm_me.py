@@ -46,6 +46,7 @@ class DoubleMapMapElites(MapSearch):
         stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
+        overlap: generations that may be asked for before the one in front of them has been told.
 
     Raises:
         InvalidData: the numbers contradict each other.
@@ -63,6 +64,7 @@ class DoubleMapMapElites(MapSearch):
         stiffness: StiffnessMode = "shared",
         seed: int = 0,
         budget: int = 45_000,
+        overlap: int = 0,
     ) -> None:
         super().__init__(
             n_inputs=n_inputs,
@@ -72,6 +74,7 @@ class DoubleMapMapElites(MapSearch):
             stiffness=stiffness,
             seed=seed,
             budget=budget,
+            overlap=overlap,
         )
         check_cell_capacity(cell_capacity)
         self._morphology = morphology_archive(stiffness)

@@ -37,6 +37,7 @@ class MapElites(MapSearch):
         stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
+        overlap: generations that may be asked for before the one in front of them has been told.
 
     Raises:
         InvalidData: the numbers contradict each other.
@@ -53,6 +54,7 @@ class MapElites(MapSearch):
         stiffness: StiffnessMode = "shared",
         seed: int = 0,
         budget: int = 45_000,
+        overlap: int = 0,
     ) -> None:
         super().__init__(
             n_inputs=n_inputs,
@@ -62,6 +64,7 @@ class MapElites(MapSearch):
             stiffness=stiffness,
             seed=seed,
             budget=budget,
+            overlap=overlap,
         )
         n_controller_cells = CONTROLLER_SHAPE[0] * CONTROLLER_SHAPE[1]
         self._trajectories = TrajectoryMap(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from engine.errors import InvalidData
 from engine.evaluation import Evaluation, Solution
 from engine.morphology import StiffnessMode
 
+MAX_OVERLAP: Final = 200
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
 
 
@@ -33,6 +35,16 @@ def check_schedule(evaluations: int, initial: int, batch_size: int, refit_genera
         raise InvalidData("refit_generations must include 0 and not be negative")
 
 
+def check_overlap(overlap: int) -> None:
+    """Check how many generations may be under way beyond the oldest.
+
+    Raises:
+        InvalidData: fewer than none, or so many that a run file's state would grow out of hand.
+    """
+    if not 0 <= overlap <= MAX_OVERLAP:
+        raise InvalidData(f"overlap must be from 0 to {MAX_OVERLAP}, not {overlap}")
+
+
 class MapSearch(Algorithm):
     """A search whose parents are drawn from archives, one of them a ``TrajectoryMap``.
 
@@ -47,6 +59,8 @@ class MapSearch(Algorithm):
         stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
+        overlap: generations that may be asked for before the one in front of them has been told. Parents
+            are then drawn from archives that are as many generations old.
 
     Raises:
         InvalidData: the numbers contradict each other.
@@ -65,52 +79,66 @@ class MapSearch(Algorithm):
         stiffness: StiffnessMode,
         seed: int,
         budget: int,
+        overlap: int = 0,
     ) -> None:
         check_schedule(budget, n_initial, batch_size, refit_generations)
+        check_overlap(overlap)
         self._n_initial = n_initial
         self._batch_size = batch_size
         self._stiffness = stiffness
         self._budget = budget
         self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed)
         self._generation = 0
-        self._asked: list[Solution] = []
+        self._overlap = overlap
+        self._asked: deque[list[Solution]] = deque()
 
     @property
     def generation(self) -> int:
         """Number of completed generations."""
         return self._generation
 
+    @property
+    def outstanding(self) -> tuple[tuple[Solution, ...], ...]:
+        """The generations that have been asked for and not yet told, the oldest first."""
+        return tuple(map(tuple, self._asked))
+
     def ask(self) -> list[Solution]:
         """Return the random solutions of generation 0, then mutants of elites."""
-        if self._asked:
+        if len(self._asked) > self._overlap:
             raise ValueError("tell the evaluations of the last ask first")
         remaining = self._budget - self._variation.n_drawn
         if remaining <= 0:
             return []
+        if not self._trajectories.fitted and self._asked:
+            return []  # there are no parents before the first generation is told
         self._variation.new_generation()
         if not self._trajectories.fitted:
             n = min(self._n_initial, remaining)
-            self._asked = [self._variation.random() for _ in range(n)]
+            asked = [self._variation.random() for _ in range(n)]
         else:
-            self._asked = self._mutants(min(self._batch_size, remaining))
-        return list(self._asked)
+            asked = self._mutants(min(self._batch_size, remaining))
+        self._asked.append(asked)
+        return list(asked)
 
     def tell(self, evaluations: Sequence[Evaluation]) -> None:
-        """Offer every evaluation to every archive."""
+        """Offer every evaluation of the oldest generation asked for to every archive."""
         ordered = sorted(evaluations, key=lambda e: e.solution.number)
-        if not self._asked or [e.solution for e in ordered] != self._asked:
+        if not self._asked or [e.solution for e in ordered] != self._asked[0]:
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
-        self._asked = []
+        self._asked.popleft()
         self._offer([e for e in ordered if e.fitness is not None])
         self._generation += 1
 
     def state(self) -> dict[str, Any]:
-        """Return the generation, the random state, NEAT's counters and the descriptor."""
-        return {
+        """Return the generation, the random state, NEAT's counters, the descriptor and who is under way."""
+        state = {
             "generation": self._generation,
             **self._variation.state(),
             "descriptor": self._trajectories.state(),
         }
+        if self._overlap:
+            state["asked"] = [[s.to_json() for s in asked] for asked in self._asked]
+        return state
 
     def restore(
         self,
@@ -124,7 +152,7 @@ class MapSearch(Algorithm):
         self._trajectories.restore(state["descriptor"])
         for name, archive in self.archives.items():
             archive.reinsert(contents[name].items())
-        self._asked = []
+        self._asked = deque([Solution.from_json(data) for data in asked] for asked in state.get("asked", ()))
 
     def _sample(self, archive: str, n: int) -> list[Solution]:
         """Draw parents from an archive and mutate each."""

@@ -1,0 +1,108 @@
+"""An experiment of many runs, described in one file: a grid of tasks, algorithms and seeds."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+from engine.config import PRESETS, RunConfig, from_json, preset, to_json
+from engine.errors import InvalidData, TensAtlasError
+from engine.store import SUFFIX
+
+MAX_RUNS: Final = 10_000
+_TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "config", "variants")
+_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,40}")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One run of a campaign: the name of its file, without a folder, and its configuration."""
+
+    file: str
+    config: RunConfig
+
+
+def read_campaign(path: Path) -> list[PlannedRun]:
+    """Read a TOML file that describes a campaign; docs/clusters.md describes the file.
+
+    Raises:
+        InvalidData: it cannot be read, or a value is missing, unknown or makes no configuration.
+    """
+    try:
+        with open(path, "rb") as f:
+            data = tomllib.load(f)
+    except OSError as e:
+        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
+        raise InvalidData(f"{path}: {e}") from None
+    try:
+        return plan(data)
+    except TensAtlasError as e:
+        raise InvalidData(f"{path}: {e}") from None
+
+
+def plan(data: dict[str, Any]) -> list[PlannedRun]:
+    """Return the runs of a campaign, those with the same seed beside each other.
+
+    Args:
+        data: ``tasks``, ``algorithms`` and ``seeds``, each a list; optionally ``preset``, and ``config``
+            with fields that all runs share. Instead of a name, ``algorithms`` may have names of
+            ``variants``, each a table with further fields, ``algorithm`` among them.
+
+    Raises:
+        InvalidData: a value is missing, unknown or makes no configuration.
+    """
+    if unknown := set(data) - set(_TABLES):
+        raise InvalidData(f"unknown {min(unknown)!r}; known are {', '.join(_TABLES)}")
+    tasks, algorithms = (_names(data, key) for key in ("tasks", "algorithms"))
+    seeds = data.get("seeds")
+    if not isinstance(seeds, list) or not seeds or not all(type(s) is int for s in seeds):
+        raise InvalidData("seeds must be a list of whole numbers, such as [1, 2, 3]")
+    for key, values in (("tasks", tasks), ("algorithms", algorithms), ("seeds", seeds)):
+        if len(set(values)) < len(values):
+            raise InvalidData(f"{key} names something twice")
+    if len(tasks) * len(algorithms) * len(seeds) > MAX_RUNS:
+        raise InvalidData(f"more than {MAX_RUNS} runs")
+    chosen = data.get("preset", "paper")
+    if not isinstance(chosen, str) or chosen not in PRESETS:
+        raise InvalidData(f"preset must be one of {', '.join(PRESETS)}, not {chosen!r}")
+    base = to_json(preset(chosen))
+    common, variants = (_table(data, key) for key in ("config", "variants"))
+    runs = []
+    for seed, task, algorithm in itertools.product(seeds, tasks, algorithms):
+        own = {"algorithm": algorithm}
+        if algorithm in variants:
+            own = _table(variants, algorithm)
+            if not _NAME.fullmatch(algorithm) or "algorithm" not in own:
+                raise InvalidData(f"variants.{algorithm}: needs a simple name and an algorithm")
+        fields = _merged(_merged(base, common), own) | {"task": task, "seed": seed}
+        runs.append(PlannedRun(f"{task}_{algorithm}_{seed}{SUFFIX}", from_json(fields)))
+    return runs
+
+
+def _names(data: dict[str, Any], key: str) -> list[str]:
+    names = data.get(key)
+    if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
+        raise InvalidData(f"{key} must be a list of names")
+    return names
+
+
+def _table(data: dict[str, Any], key: str) -> dict[str, Any]:
+    table = data.get(key, {})
+    if not isinstance(table, dict):
+        raise InvalidData(f"{key} must be a table")
+    return table
+
+
+def _merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Return a configuration's values with some replaced, tables within it field by field."""
+    return base | {
+        key: _merged(base[key], value)
+        if isinstance(value, dict) and isinstance(base.get(key), dict)
+        else value
+        for key, value in own.items()
+    }

@@ -1,0 +1,93 @@
+"""What computes: the processor's features and the versions that decide the last bits of a simulation."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib.metadata
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, Self
+
+from engine.errors import InvalidData
+
+_CPUINFO: Final = Path("/proc/cpuinfo")
+_SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
+"""Instruction sets that numerical libraries choose their code by, the widest first."""
+
+
+MAX_TEXT: Final = 200
+"""Characters of a fact that are read from a run file."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Computer:
+    """A kind of computer: where two are equal, so are the bits that they compute.
+
+    Attributes:
+        machine: its architecture, such as ``x86_64``.
+        simd: instruction sets that it has, of those that numerical libraries choose between.
+        mujoco, numpy: versions.
+    """
+
+    machine: str
+    simd: str
+    mujoco: str
+    numpy: str
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read one back from its fields.
+
+        Raises:
+            InvalidData: it is not of that form.
+        """
+        names = [f.name for f in dataclasses.fields(cls)]
+        if not isinstance(data, dict) or not all(isinstance(data.get(n), str) for n in names):
+            raise InvalidData(f"a computer is described by {', '.join(names)}")
+        return cls(**{n: data[n][:MAX_TEXT] for n in names})
+
+    def __str__(self) -> str:
+        simd = self.simd or "unknown instruction sets"
+        return f"{self.machine} with {simd}, MuJoCo {self.mujoco}, NumPy {self.numpy}"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Origin:
+    """Where an evaluation comes from: what computed it, and in how many CPU seconds, if that was measured."""
+
+    computer: Computer
+    seconds: float | None = None
+
+
+@functools.cache
+def this_computer() -> Computer:
+    """Return what this process runs on."""
+    return Computer(
+        machine=platform.machine(),
+        simd=_simd(),
+        mujoco=importlib.metadata.version("mujoco"),
+        numpy=importlib.metadata.version("numpy"),
+    )
+
+
+def differing(computers: Sequence[Computer]) -> list[str]:
+    """Return one line for each property in which computers differ, its values in the order given."""
+    lines = []
+    for field in dataclasses.fields(Computer):
+        values = list(dict.fromkeys(getattr(c, field.name) or "unknown" for c in computers))
+        if len(values) > 1:
+            lines.append(f"{field.name}: {' | '.join(values)}")
+    return lines
+
+
+def _simd() -> str:
+    """Return the instruction sets of ``_SIMD`` that the processor has; empty where nothing says so."""
+    try:
+        lines = _CPUINFO.read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:  # no Linux
+        return ""
+    flags = next((line for line in lines if line.lower().startswith(("flags", "features"))), "")
+    found = set(flags.partition(":")[2].split())
+    return " ".join(name for name in _SIMD if name in found)

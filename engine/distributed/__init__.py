@@ -1,0 +1,1 @@
+"""Evaluations computed by other processes, on this machine or on many."""

@@ -1,0 +1,145 @@
+"""What a worker gets and gives back: solutions with all that decides their evaluations, and these.
+
+A job is small and pure: whichever worker computes it, and however often, the outcome is the same.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import platform
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from engine.computer import Computer, this_computer
+from engine.config import RunConfig
+from engine.errors import ClusterError, TaskError
+from engine.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
+from engine.robot import body_fingerprint
+from engine.tasks import BUILT_IN, get_task, load_task, task_version
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class World:
+    """All that decides an evaluation besides the solution.
+
+    Attributes:
+        config: of the run.
+        body: fingerprint of how robots are modelled.
+        task_source: the Python file that defines the run's task, None for a built-in one.
+    """
+
+    config: RunConfig
+    body: str
+    task_source: bytes | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Result:
+    """What became of a job.
+
+    Attributes:
+        evaluations: of its solutions, in their order.
+        failures: the first failed simulation of each solution that has one, by its number.
+        computer: what computed it.
+        seconds: CPU time that it took.
+    """
+
+    evaluations: tuple[Evaluation, ...]
+    failures: dict[int, FailedTrial]
+    computer: Computer
+    seconds: float
+
+
+def world_of(config: RunConfig) -> World:
+    """Return the world of a run, with its task's file if the task is one of the user's.
+
+    Raises:
+        TaskError: that file cannot be read any more, or has changed since it was loaded.
+    """
+    if config.task in BUILT_IN:
+        return World(config, body_fingerprint())
+    file = Path(get_task(config.task).file)
+    try:
+        source = file.read_bytes()
+    except OSError as e:
+        raise TaskError(f"{file} cannot be read: {e.strerror or e}") from None
+    if task_version(config.task) != {f"task {config.task}": source_version(source)}:
+        raise TaskError(f"{file} has changed since it was loaded; start again")
+    return World(config, body_fingerprint(), source)
+
+
+def source_version(source: bytes) -> str:
+    """Return what ``tasks.task_version`` says of a task file with this content."""
+    return f"sha256:{hashlib.sha256(source).hexdigest()[:16]}"
+
+
+def compute(world: World, solutions: Sequence[Solution]) -> Result:
+    """Evaluate solutions on one thread of this process.
+
+    Raises:
+        ClusterError: the TensAtlas of this process has other robots than the one that asks.
+        TaskError: the task is a user's and fails.
+    """
+    started = time.process_time()
+    if world.body != body_fingerprint():
+        raise ClusterError(
+            f"a worker on {platform.node()} has another version of TensAtlas, whose robots differ; install"
+            " the same there"
+        )
+    _load(world)
+    failures: dict[int, FailedTrial] = {}
+
+    def keep(failed: FailedTrial) -> str:
+        failures[failed.solution.number] = failed
+        return ""  # whoever asked keeps it, and says where
+
+    config = world.config
+    evaluator = LocalEvaluator(
+        task=get_task(config.task),
+        physics=config.physics,
+        trials=config.trials,
+        run_seed=config.seed,
+        keep_failure=keep,
+    )
+    found = {e.solution.number: e for group in evaluator.evaluate(solutions) for e in group}
+    return Result(
+        evaluations=tuple(found[s.number] for s in solutions),
+        failures=failures,
+        computer=this_computer(),
+        seconds=time.process_time() - started,
+    )
+
+
+def unfinished(config: RunConfig, solution: Solution, reason: str) -> Evaluation:
+    """Return the evaluation of a solution that no worker survives."""
+    task, trials = get_task(config.task), config.trials
+    return Evaluation(
+        solution=solution,
+        fitness=None,
+        distances=np.full((task.n_targets, trials.repeats), np.nan),
+        trajectory=np.zeros((task.n_targets, int(trials.trial_time), 2), np.float32),
+        head_is_end=False,
+        failure=reason,
+    )
+
+
+_TASK_FOLDER: Final = "tensatlas-task-"
+
+
+def _load(world: World) -> None:
+    """Load the task of a world unless this process has it already."""
+    if world.task_source is None:
+        return
+    name = world.config.task
+    if task_version(name) == {f"task {name}": source_version(world.task_source)}:
+        return
+    with tempfile.TemporaryDirectory(prefix=_TASK_FOLDER) as folder:
+        file = Path(folder) / "task.py"
+        file.write_bytes(world.task_source)
+        load_task(file)

@@ -1,0 +1,174 @@
+"""Workers that are processes of this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import traceback
+from collections import deque
+from multiprocessing.connection import Connection, wait
+from typing import Any, Final, Self
+
+from engine.distributed.job import Result, World, compute
+from engine.distributed.pool import Died
+from engine.errors import ClusterError, InvalidData, TensAtlasError
+from engine.evaluation import Solution
+
+TIMEOUT: Final = 3600.0
+"""Seconds after which an evaluation counts as hanging; with real inertia the longest take minutes."""
+_PARENT_POLL: Final = 1.0
+_READY: Final = "ready"
+_CONTEXT: Final = multiprocessing.get_context("spawn")
+"""A fork of a process with threads, MuJoCo's among them, may hang."""
+
+
+class ProcessWorkers:
+    """Processes of this machine, each computing one job at a time. A context manager.
+
+    Args:
+        n_workers: processes.
+        timeout: seconds of a job after which its process ends itself.
+
+    Raises:
+        InvalidData: a number is out of range.
+    """
+
+    def __init__(self, n_workers: int, *, timeout: float = TIMEOUT) -> None:
+        if n_workers < 1:
+            raise InvalidData(f"workers must be at least 1, not {n_workers}")
+        if not 1.0 <= timeout <= threading.TIMEOUT_MAX:
+            raise InvalidData(f"timeout must be at least 1 s, not {timeout:g}")
+        self._timeout = timeout
+        self._queue: deque[tuple[World, Solution]] = deque()
+        self._workers = [_Worker(timeout) for _ in range(n_workers)]
+
+    @property
+    def n_workers(self) -> int:
+        """How many there are."""
+        return len(self._workers)
+
+    @property
+    def pids(self) -> list[int]:
+        """Their process identifiers."""
+        return [w.process.pid or 0 for w in self._workers]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in self._workers:
+            worker.kill()  # what it computes is computed again another time
+        self._workers = []
+        self._queue.clear()
+
+    def submit(self, world: World, solution: Solution) -> None:
+        """Have a solution evaluated; what is submitted first is begun first."""
+        self._queue.append((world, solution))
+        self._begin()
+
+    def wait(self) -> list[tuple[Solution, Result | Died]]:
+        """Return what has been finished since the last call; wait until there is something.
+
+        Raises:
+            TensAtlasError: a job has an error of the user's.
+        """
+        busy = {w.connection: w for w in self._workers if w.solution is not None}
+        found: list[tuple[Solution, Result | Died]] = []
+        for connection in wait(list(busy)):
+            worker = busy[connection]  # type: ignore[index]  # these are the connections put in
+            assert worker.solution is not None
+            solution = worker.solution
+            outcome = worker.take()
+            if outcome is None:
+                continue
+            if isinstance(outcome, Exception):
+                raise outcome
+            if isinstance(outcome, Died):
+                worker.kill()
+                self._workers[self._workers.index(worker)] = _Worker(self._timeout)
+            found.append((solution, outcome))
+        self._begin()
+        return found
+
+    def _begin(self) -> None:
+        for worker in self._workers:
+            if self._queue and worker.solution is None:
+                worker.give(*self._queue.popleft())
+
+
+class _Worker:
+    """One process and the job that it has, if any."""
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self.connection, other = _CONTEXT.Pipe()
+        self.process = _CONTEXT.Process(
+            target=_serve, args=(other, timeout, os.getpid()), daemon=True, name="tensatlas-worker"
+        )
+        self.process.start()
+        other.close()  # so that the death of the process is the end of the pipe
+        self.solution: Solution | None = None
+        self._ready = False
+
+    def give(self, world: World, solution: Solution) -> None:
+        """Give it a job."""
+        self.solution = solution
+        with contextlib.suppress(OSError):  # if it has died, that is found out by ``take``
+            self.connection.send((world, solution))
+
+    def take(self) -> Result | Died | Exception | None:
+        """Return what has become of its job, or None if it has just begun to work."""
+        try:
+            outcome: Result | Exception | str = self.connection.recv()
+        except (EOFError, OSError):
+            self.process.join()
+            code = self.process.exitcode or 0
+            if not self._ready:
+                return ClusterError(f"a worker process ended (status {code}) before it could work")
+            self.solution = None
+            return Died(f"signal {-code}" if code < 0 else f"not finished in {self._timeout:g} s")
+        if outcome == _READY:
+            self._ready = True
+            return None
+        self.solution = None
+        assert not isinstance(outcome, str)
+        return outcome
+
+    def kill(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
+
+
+def _serve(connection: Connection, timeout: float, parent: int) -> None:
+    """Compute jobs until the other end of the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_PARENT_POLL)
+        os._exit(1)  # a parent that was killed cannot end its children
+
+    threading.Thread(target=watch, daemon=True).start()
+    with open(os.devnull, "w") as nowhere, contextlib.suppress(EOFError, OSError):
+        connection.send(_READY)
+        while True:
+            job: Any = connection.recv()
+            # ends the process even while it is inside MuJoCo, or in an endless loop of a task's
+            faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
+            outcome: Result | Exception
+            try:
+                outcome = compute(job[0], [job[1]])
+            except TensAtlasError as e:
+                outcome = e
+            except Exception:
+                outcome = RuntimeError(traceback.format_exc())
+            finally:
+                faulthandler.cancel_dump_traceback_later()
+            connection.send(outcome)

@@ -1,0 +1,121 @@
+"""Workers as jobs of a SLURM cluster, by dask-jobqueue."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+from engine.distributed.dask_workers import EXTRA, report_deaths
+from engine.errors import ClusterError, InvalidData
+
+_FIELDS: Final[dict[str, type]] = {
+    "jobs": int,
+    "cores": int,
+    "memory": str,
+    "walltime": str,
+    "queue": str,
+    "account": str,
+    "interface": str,
+    "python": str,
+    "local_directory": str,
+    "log_directory": str,
+    "directives": list,
+    "prologue": list,
+}
+_REQUIRED: Final = ("jobs", "cores", "memory", "walltime")
+MAX_JOBS: Final = 10_000
+MARGIN: Final = 180
+"""Seconds before the walltime at which a worker begins to leave."""
+STAGGER: Final = 120
+"""Seconds over which the leaving of workers that began together is spread."""
+
+
+def read_settings(path: Path) -> dict[str, Any]:
+    """Read a TOML file that describes the jobs.
+
+    Raises:
+        InvalidData: it cannot be read, or a value is missing, unknown or out of range.
+    """
+    try:
+        with open(path, "rb") as f:
+            settings = tomllib.load(f)
+    except OSError as e:
+        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
+        raise InvalidData(f"{path}: {e}") from None
+    for name, value in settings.items():
+        if name not in _FIELDS:
+            raise InvalidData(f"{path}: unknown {name!r}; known are {', '.join(_FIELDS)}")
+        if type(value) is not _FIELDS[name] or (
+            isinstance(value, list) and not all(isinstance(line, str) for line in value)
+        ):
+            kind = {int: "a whole number", str: "a text", list: "a list of texts"}[_FIELDS[name]]
+            raise InvalidData(f"{path}: {name} must be {kind}, not {value!r}")
+    for name in _REQUIRED:
+        if name not in settings:
+            raise InvalidData(f"{path}: {name} is missing")
+    for name, most in (("jobs", MAX_JOBS), ("cores", 4096)):
+        if not 1 <= settings[name] <= most:
+            raise InvalidData(f"{path}: {name} must be from 1 to {most}, not {settings[name]}")
+    lifetime(settings["walltime"], str(path))
+    return settings
+
+
+def lifetime(walltime: str, where: str = "walltime") -> int:
+    """Return the seconds after which a worker should leave, so that its job is not killed while it computes.
+
+    Raises:
+        InvalidData: the walltime is not written ``HH:MM:SS`` or ``D-HH:MM:SS``, or shorter than 10 minutes.
+    """
+    found = re.fullmatch(r"(?:(\d+)-)?(\d{1,3}):(\d\d):(\d\d)", walltime)
+    if not found:
+        raise InvalidData(f"{where}: walltime must be written like 08:00:00 or 1-08:00:00, not {walltime!r}")
+    days, hours, minutes, seconds = (int(part or 0) for part in found.groups())
+    total = ((24 * days + hours) * 60 + minutes) * 60 + seconds
+    if total < 600:
+        raise InvalidData(f"{where}: walltime must be at least 00:10:00, not {walltime}")
+    return total - MARGIN
+
+
+def slurm_cluster(path: Path) -> Any:
+    """Return a Dask cluster whose workers are SLURM jobs as a file describes them.
+
+    A job that ends, at its walltime or otherwise, is replaced by a new one.
+
+    Raises:
+        InvalidData: the file is not as it should be.
+        ClusterError: dask-jobqueue is not installed, or SLURM's commands are not there.
+    """
+    settings = read_settings(path)
+    try:
+        from dask_jobqueue import SLURMCluster
+    except ImportError:
+        raise ClusterError(EXTRA) from None
+    report_deaths()
+    leave = lifetime(settings["walltime"])
+    optional = {
+        "queue": "queue",
+        "account": "account",
+        "interface": "interface",
+        "python": "python",
+        "local_directory": "local_directory",
+        "log_directory": "log_directory",
+        "directives": "job_extra_directives",
+        "prologue": "job_script_prologue",
+    }
+    try:
+        cluster = SLURMCluster(
+            cores=settings["cores"],
+            processes=settings["cores"],  # an evaluation takes one thread
+            memory=settings["memory"],
+            walltime=settings["walltime"],
+            worker_extra_args=["--lifetime", f"{leave}s", "--lifetime-stagger", f"{STAGGER}s"],
+            scheduler_options={"dashboard_address": None},
+            **{theirs: settings[ours] for ours, theirs in optional.items() if ours in settings},
+        )
+        cluster.adapt(minimum_jobs=settings["jobs"], maximum_jobs=settings["jobs"])
+    except (OSError, ValueError, RuntimeError) as e:
+        raise ClusterError(f"{path}: SLURM workers cannot be started: {e}") from None
+    return cluster

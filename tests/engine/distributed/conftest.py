@@ -1,0 +1,71 @@
+"""Runs and tasks for workers to compute."""
+
+import dataclasses
+import sys
+from pathlib import Path
+
+import pytest
+
+import engine.run
+from engine.config import preset
+from engine.evaluation import TrialConfig
+from engine.reader import RunReader
+from engine.tasks import files, load_task
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from made_up import TINY
+
+TASK = """
+import os, signal, time
+import numpy as np
+from engine.tasks import Task, distance_and_bearing
+
+def walls(target, n_modules):
+    if n_modules == 3:
+        {then}
+    return ()
+
+TASK = Task(
+    name="{name}", summary="its worlds for robots of three modules are bad", inputs=("distance", "bearing"),
+    sense=lambda view: np.stack(view.to_target(), axis=-1),
+    target_distance=0.3, target_bearings=(0.0, 0.0), names=("one", "two"), walls=walls,
+)
+"""
+
+
+def hash_of(path):
+    with RunReader(path) as reader:
+        return reader.canonical_hash()
+
+
+@pytest.fixture(scope="session")
+def tiny_run(tmp_path_factory):
+    """A finished run of real simulations on a thread of this process, and its hash; not to be changed."""
+    path = tmp_path_factory.mktemp("tiny") / "undisturbed.tsmr"
+    engine.run.evolve(path, TINY, n_threads=1)
+    return path, hash_of(path)
+
+
+@pytest.fixture
+def bad_task(tmp_path):
+    """Return what makes a configuration whose robots of three modules do something to their worker."""
+    made = []
+
+    def make(name, then):
+        file = tmp_path / f"{name}.py"
+        file.write_text(TASK.format(name=name, then=then))
+        load_task(file)
+        made.append(name)
+        return dataclasses.replace(
+            preset("smoke"),
+            task=name,
+            evaluations=8,
+            initial=8,
+            refit_generations=(0,),
+            seed=3,
+            trials=TrialConfig(repeats=1, settle_time=0.2, open_loop_time=0.2, trial_time=1.0),
+        )
+
+    yield make
+    for name in made:
+        files._loaded.pop(name)
