@@ -22,7 +22,7 @@ import viser
 from app.clicks import sender
 from app.run_picker import label_paths
 from app.viser_private import uuid_of
-from app.widgets import put_html, selector
+from app.widgets import add_channel, put_html
 from engine.archive import Cell
 
 MAX_LENGTH: Final = 2000
@@ -122,10 +122,8 @@ class AddressBar:
 
     def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
         self._known = False
-        channel = gui.add_text("address", "")
-        # visible=False would take it out of the page
-        style = f"<style>{selector(channel)}{{display:none}}</style>"
-        gui.add_html(style + _run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
+        channel = add_channel(gui, "address")
+        gui.add_html(_run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
         self._writer = gui.add_html("")
 
         @channel.on_update

@@ -12,6 +12,7 @@ import viser
 
 from app.clicks import ClickChannel
 from app.color_controls import ColorControls, ColorWish
+from app.library import run_state
 from app.run_picker import RunPicker
 from app.widgets import in_a_row, put, put_html
 from engine.archive import Cell
@@ -20,7 +21,7 @@ from viz import keyboard, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture
 from viz.pointer import ENLARGE, INSTALL
-from viz.run_list import RunFacts, State, state_markup
+from viz.run_list import RunFacts, state_markup
 
 WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
@@ -30,6 +31,11 @@ KEYS_STYLE = (
     ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
 )
 """A map with the keyboard's focus says what the keys do."""
+PHONE_STYLE = (
+    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}}'
+    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
+)
+"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window."""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -88,6 +94,7 @@ class ArchivesPanel:
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 KEYS_STYLE
+                + PHONE_STYLE
                 + INSTALL
                 + keyboard.INSTALL
                 + keyboard.render_key("space", "key-space", keys.handler)
@@ -128,7 +135,7 @@ class ArchivesPanel:
     ) -> None:
         """Show how far the run is and the figures of a generation."""
         config = reader.config
-        state: State = "live" if live else "finished" if complete else "stopped"
+        state = run_state(reader.path, live=live, complete=complete)
         failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
         found = [f.best for f in generation.archives.values() if f.best is not None] if generation else []
         best = f" · best f<sub>s</sub> {100 * max(found):.2f} cm" if found else ""
@@ -196,8 +203,8 @@ class ArchivesPanel:
 
     def show_growth_playing(self, playing: bool) -> None:
         """Let the button by the slider stop what plays, or play."""
-        self._play.label = "Stop" if playing else "Grow"
-        self._play.icon = viser.Icon.PLAYER_STOP if playing else viser.Icon.PLAYER_PLAY
+        self._play.label = "Hold" if playing else "Grow"
+        self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: Picture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""

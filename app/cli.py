@@ -16,8 +16,10 @@ import tyro
 from rich.console import Console
 
 from app import commands as c
+from app.doctor import doctor
 from app.elites import find_elite
 from app.progress import ProgressDisplay
+from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
@@ -79,6 +81,9 @@ def _parse(arguments: list[str]) -> c.Command:
         | Annotated[c.Compare, tyro.conf.subcommand("compare")]
         | Annotated[c.Table, tyro.conf.subcommand("table")]
         | Annotated[c.Project, tyro.conf.subcommand("project")]
+        | Annotated[c.Doctor, tyro.conf.subcommand("doctor")]
+        | Annotated[c.Recover, tyro.conf.subcommand("recover")]
+        | Annotated[c.Migrate, tyro.conf.subcommand("migrate")]
     )
     return tyro.cli(
         kinds,
@@ -143,6 +148,14 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Project():
             _check_workers(command.workers)
             project(command, console)
+        case c.Doctor():
+            out = Console(highlight=False, soft_wrap=True)
+            if status := doctor(command.run, port=command.port, console=out):
+                sys.exit(status)
+        case c.Recover():
+            recover_run(command.run, command.out, command.like, console)
+        case c.Migrate():
+            migrate_run(command.run, command.out, console)
 
 
 def _listening(command: c.Explore | c.ReplayDump) -> Any:

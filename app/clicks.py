@@ -9,7 +9,7 @@ from collections.abc import Callable
 import viser
 
 from app.viser_private import uuid_of
-from app.widgets import selector
+from app.widgets import add_channel
 
 _CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
@@ -42,9 +42,7 @@ class ClickChannel:
     def __init__(
         self, gui: viser.GuiApi, clicked: Callable[[str, tuple[int, ...]], None], *, label: str = "clicks"
     ) -> None:
-        channel = gui.add_text(label, "")
-        # visible=False would take it out of the page
-        gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
+        channel = add_channel(gui, label)
         send = sender(uuid_of(channel), "t.dataset.c+'|'+Date.now()")
         self.handler = html.escape(
             f"var t=event.target.closest('[data-c]');if(t&&event.button===0){{{send}}}"

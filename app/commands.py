@@ -224,6 +224,41 @@ class Reevaluate:
     """Print JSON."""
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Check this installation, and run files: a line for each thing, with what to do about it.
+
+    Ends with 1 if there is a problem.
+    """
+
+    run: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """Run files; they are only read."""
+    port: int = 8080
+    """Port that the app would listen on."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Recover:
+    """Save every whole generation of a damaged run, and the evaluations after them, into a new file."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+    like: Path | None = None
+    """A run of the same configuration, for a file that has lost its own."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Migrate:
+    """Write a copy of a run in the present format; the file of the older format stays as it is."""
+
+    run: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+
+
 Command = (
     Explore
     | Evolve
@@ -237,4 +272,7 @@ Command = (
     | Project
     | Compare
     | Reevaluate
+    | Doctor
+    | Recover
+    | Migrate
 )

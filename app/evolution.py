@@ -12,6 +12,7 @@ import dataclasses
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -23,7 +24,8 @@ from app.library import NEW_RUNS, PAUSED_SUFFIX
 from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
-from engine.store import SUFFIX, is_being_written, lock_path
+from engine.lock import holder_of, is_being_written
+from engine.store import SUFFIX
 from engine.tasks import BUILT_IN
 
 START_TIMEOUT: Final = 30.0
@@ -132,19 +134,14 @@ def stop(path: Path) -> None:
     """
     if not is_being_written(path):
         raise RunFileError(f"{path.name} is not running")
+    holder = holder_of(path)
+    if holder is None or not holder.is_of_this_boot or holder.host != socket.gethostname():
+        who = f": it is written by {holder}" if holder else ""
+        raise RunFileError(f"{path.name} could not be stopped from here{who}")
     try:
-        os.kill(writer(path), signal.SIGTERM)
-    except (OSError, ValueError):
+        os.kill(holder.pid, signal.SIGTERM)
+    except OSError:
         raise RunFileError(f"{path.name} could not be stopped from here") from None
-
-
-def writer(path: Path) -> int:
-    """Return the process that writes a run, or wrote it last.
-
-    Raises:
-        OSError, ValueError: there is no such lock.
-    """
-    return int(lock_path(path).read_text())
 
 
 def pause(path: Path) -> None:

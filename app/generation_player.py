@@ -39,20 +39,20 @@ class GenerationPlayer:
         """Whether it plays."""
         return self._stop is not None
 
-    def play(self, shown: int, last: int) -> None:
+    def play(self, shown: int, last: Callable[[], int]) -> None:
         """Go on from a generation to the last one; from the first one if it is the last.
 
         Args:
             shown: number of the generation to begin with.
-            last: number of the generation to end with.
+            last: returns the number of the generation to end with, which may grow.
         """
-        if last <= 0:
+        if last() <= 0:
             return
         with self._mutex:
             if self._stop is not None:
                 return
             stop = self._stop = threading.Event()
-        begin = 0 if shown >= last else shown
+        begin = 0 if shown >= last() else shown
         self._changed(True)
         threading.Thread(target=self._run, args=(stop, begin, last), name="generations", daemon=True).start()
 
@@ -64,10 +64,10 @@ class GenerationPlayer:
             stop.set()
             self._changed(False)
 
-    def _run(self, stop: threading.Event, number: int, last: int) -> None:
-        seconds, step = pace(last)
-        while not stop.is_set() and self._show(number) and number < last:
-            number = min(number + step, last)
+    def _run(self, stop: threading.Event, number: int, last: Callable[[], int]) -> None:
+        seconds, step = pace(last())
+        while not stop.is_set() and self._show(number) and number < last():
+            number = min(number + step, last())
             if stop.wait(seconds):
                 break
         with self._mutex:

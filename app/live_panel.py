@@ -10,6 +10,7 @@ import viser
 from app.widgets import put_html
 from engine.cables import contraction, internal_lengths
 from engine.config import RunConfig
+from engine.dump_replay import DumpReplay
 from engine.evaluation import Evaluation
 from engine.replay import Playable
 from engine.tasks import get_task
@@ -42,6 +43,7 @@ class LivePanel:
             self._servos = gui.add_html("")
             self._servos_live = gui.add_html("")
         self._diagram: NetworkDiagram | None = None
+        self._evaluation: Evaluation | None = None
         self._names: tuple[str, ...] = ()
         self._updated = 0.0
         self._plotted: tuple[Playable, tuple[float, float]] | None = None
@@ -60,11 +62,11 @@ class LivePanel:
         )
         self._network_live.content = ""
         self._network.content = diagram.render() + network_diagram.legend()
-        self._diagram = diagram
+        self._diagram, self._evaluation = diagram, evaluation
 
     def clear(self) -> None:
         """Show no robot."""
-        self._diagram = self._plotted = None
+        self._diagram = self._evaluation = self._plotted = None
         for element in (self._network, self._network_live, self._servos, self._servos_live):
             put_html(element, "")
 
@@ -75,21 +77,24 @@ class LivePanel:
             return
         self._updated = now
         frame = replay.frames[index]
-        self._show_network(frame.sensed)
+        # a dump or a variant of the robot has another network or another body: nothing moves in this one
+        own = self._evaluation is not None and replay.morphology == self._evaluation.solution.morphology
+        self._show_network(frame.sensed if own else None, knows=own and not isinstance(replay, DumpReplay))
         self._show_servos(replay, frame.time, now)
 
-    def _show_network(self, sensed: np.ndarray | None) -> None:
+    def _show_network(self, sensed: np.ndarray | None, *, knows: bool) -> None:
         diagram = self._diagram
         if diagram is None or (sensed is not None and len(sensed) != len(self._names)):
             return
         neurons = {} if sensed is None else diagram.network.neurons(sensed)
         put_html(
             self._network_live,
-            f"<style>{diagram.style(neurons)}</style>{network_diagram.sensed_line(self._names, sensed)}",
+            f"<style>{diagram.style(neurons)}</style>"
+            + (network_diagram.sensed_line(self._names, sensed) if knows else ""),
         )
 
     def _show_servos(self, replay: Playable, moment: float, now: float) -> None:
-        page = servo_plot.page_of(moment, replay.start_time)
+        page = servo_plot.page_of(moment, replay.start_time, replay.end_time)
         if self._plotted != (replay, page) or (
             self._grows(replay, page) and now - self._plotted_at >= GROWTH_INTERVAL
         ):

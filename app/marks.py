@@ -45,9 +45,18 @@ class MarkLayer:
     Args:
         scene: of one client.
         replay: the robot.
+        prefix: name of the node that everything hangs below.
+        trail: colour of the trail of its head.
     """
 
-    def __init__(self, scene: viser.SceneApi, replay: Playable) -> None:
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        replay: Playable,
+        *,
+        prefix: str = "",
+        trail: tuple[int, int, int] = theme.TRAIL,
+    ) -> None:
         self._replay = replay
         n = replay.morphology.n_modules
         self._strokes = NumberStrokes(range(1, n + 1), height=NUMBER_SIZE)
@@ -55,15 +64,15 @@ class MarkLayer:
         colors[self._strokes.owner == replay.head.module] = theme.HEAD_ROD
         nothing = np.zeros((1, 2, 3), dtype=np.float32)
         self._numbers = scene.add_line_segments(
-            "/robot/numbers",
+            f"{prefix}/robot/numbers",
             np.zeros((len(colors), 2, 3), dtype=np.float32),
-            colors,
+            theme.linear(colors),
             thickness=0.0022,
             visible=False,
         )
-        self._trail = scene.add_line_segments("/trail", nothing, theme.TRAIL, thickness=0.003)
+        self._trail = scene.add_line_segments(f"{prefix}/trail", nothing, trail, thickness=0.003)
         self._contacts = scene.add_point_cloud(
-            "/robot/contacts",
+            f"{prefix}/robot/contacts",
             nothing[0],
             theme.CONTACT,
             point_size=CONTACT_SIZE,

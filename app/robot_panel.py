@@ -30,6 +30,7 @@ class Events:
 
     export: Callable[[], None]
     ancestor_chosen: Callable[[int], None]
+    pin: Callable[[], None]
 
 
 def dock(gui: viser.GuiApi) -> None:
@@ -54,13 +55,25 @@ class RobotPanel:
                 disabled=True,
                 hint="Download this robot as a zip: build sheet, parts, firmware, MJCF",
             )
-            tabs = gui.add_tab_group()
-            self._live = LivePanel(gui, tabs)
-            self._lineage = LineagePanel(gui, tabs, events.ancestor_chosen)
+            self._pin = gui.add_button(
+                "Pin",
+                icon=viser.Icon.PIN,
+                color="gray",
+                disabled=True,
+                hint="Pin or unpin this robot: those pinned can be seen side by side, see below",
+            )
+            self.tabs = gui.add_tab_group()
+            """Where tabs of other things about the robot may lie."""
+            self._live = LivePanel(gui, self.tabs)
+            self._lineage = LineagePanel(gui, self.tabs, events.ancestor_chosen)
 
         @self._export.on_click
         def _(_event: viser.GuiEvent) -> None:
             events.export()
+
+        @self._pin.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            events.pin()
 
     def show_robot(
         self,
@@ -85,7 +98,7 @@ class RobotPanel:
         self._live.show_robot(config, evaluation)
         distance = get_task(config.task).target_distance
         self._lineage.show(line, evaluation.solution.number, distance)
-        self._export.disabled = False
+        self._export.disabled = self._pin.disabled = False
 
     def show_no_robot(self) -> None:
         """Show none, as at the start."""
@@ -93,7 +106,7 @@ class RobotPanel:
         self._card.content = ""
         self._live.clear()
         self._lineage.clear()
-        self._export.disabled = True
+        self._export.disabled = self._pin.disabled = True
 
     def show_frame(self, replay: Playable, index: int, *, playing: bool) -> None:
         """Show what goes on inside the robot at a frame of its replay."""

@@ -71,24 +71,21 @@ class RunPanel:
             self._pause = gui.add_button(
                 "Pause",
                 icon=viser.Icon.PLAYER_PAUSE,
-                disabled=True,
-                visible=not read_only,
+                visible=False,
                 hint="Save what is finished and end the process; Resume goes on exactly there, even after"
                 " the machine was switched off",
             )
             self._resume = gui.add_button(
                 "Resume",
                 icon=viser.Icon.PLAYER_TRACK_NEXT,
-                disabled=True,
-                visible=not read_only,
+                visible=False,
                 hint="Go on with this run, exactly as if it had never stopped",
             )
             self._stop = gui.add_button(
                 "Stop",
                 icon=viser.Icon.PLAYER_STOP,
                 color="gray",
-                disabled=True,
-                visible=not read_only,
+                visible=False,
                 hint="Save what is finished and be done with this run",
             )
         if read_only:
@@ -124,9 +121,10 @@ class RunPanel:
         speed = _speed(generations, self._seen) if live else None
         n_failed = 0 if last is None else last.n_failed
         put_html(self._text, run_progress.render(n, budget, speed=speed, n_failed=n_failed))
-        put(self._pause, not live, "disabled")
-        put(self._stop, not live, "disabled")
-        put(self._resume, live or complete, "disabled")
+        if self._form is not None:
+            put(self._pause, live, "visible")
+            put(self._stop, live, "visible")
+            put(self._resume, not live and not complete, "visible")
         self._list_dumps(path)
         put_html(self._trouble, "")
         if self._form is not None and not live and not complete:  # no visitor's business
@@ -165,9 +163,8 @@ class RunPanel:
         self._resume.disabled = True
         try:
             evolution.resume(self._path(), workers=os.cpu_count() or 1)
-        except Exception:
+        finally:
             self._resume.disabled = False
-            raise
 
     def _path(self) -> Path:
         path = self._shown()

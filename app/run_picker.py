@@ -8,6 +8,7 @@ from pathlib import Path
 import viser
 
 from app.clicks import ClickChannel
+from app.viser_private import uuid_of
 from app.widgets import put_html
 from viz import run_list
 from viz.run_list import RunFacts
@@ -37,11 +38,13 @@ class RunPicker:
             icon=viser.Icon.UPLOAD,
             color="gray",
             mime_type=".tsmr",
-            visible=False,
             hint="Bring a run file, *.tsmr, from your machine; it is checked and kept in runs/uploads",
         )
         """Brings run files; shown with the list once ``allow_upload`` was called."""
         self._may_upload = False
+        # viser shows an upload button whatever its ``visible`` says
+        self._hide_upload = f"<style>div:has(>[id='{uuid_of(self.upload)}']){{display:none}}</style>"
+        self._upload_style = gui.add_html(self._hide_upload)
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()
 
@@ -56,7 +59,7 @@ class RunPicker:
     def allow_upload(self) -> None:
         """Offer to bring run files below the list."""
         self._may_upload = True
-        self.upload.visible = self._listed is not None
+        self._show_upload(self._listed is not None)
 
     def show_list(self) -> None:
         """Unfold the list."""
@@ -86,12 +89,15 @@ class RunPicker:
         index = self._listed.index(self._chosen) if self._chosen in self._listed else None
         runs = [(label, self._facts(path)) for label, path in self._labels.items()]
         self._list.content = run_list.render_list(runs, index, self._handler)
-        self.upload.visible = self._may_upload
+        self._show_upload(True)
 
     def _fold(self) -> None:
         self._listed = None
         self._list.content = ""
-        self.upload.visible = False
+        self._show_upload(False)
+
+    def _show_upload(self, shown: bool) -> None:
+        put_html(self._upload_style, "" if shown and self._may_upload else self._hide_upload)
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:

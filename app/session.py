@@ -18,11 +18,13 @@ from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.marks import Marks
 from app.navigation import Navigation
-from app.palette import Command, add_commands
+from app.palette import add_commands
 from app.player import Player
 from app.robot_folder import folder_name, robot_folder
 from app.run_panel import RunPanel
+from app.session_commands import steering_commands, viewing_commands
 from app.shared_scale import SharedScale
+from app.stage import Stage
 from app.state import Selection, SessionState
 from app.takeaway import Takeaway
 from app.upload import Uploads
@@ -39,6 +41,7 @@ from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
 from viz.build_sheet.facts import Place
+from viz.robot_differences import Entry
 
 
 class Session:
@@ -72,7 +75,7 @@ class Session:
                 layout_chosen=guarded(self._set_layout),
                 colors_changed=guarded(self._set_colors),
                 growth_played=guarded(self._play_growth),
-                space_pressed=self._toggle_replay,
+                space_pressed=guarded(self.toggle_replay),
             ),
         )
         if not read_only:
@@ -86,6 +89,7 @@ class Session:
             robot_panel.Events(
                 export=guarded(self.export, alone=False),
                 ancestor_chosen=guarded(self.choose_ancestor),
+                pin=guarded(lambda: self._stage.pin()),
             ),
         )
         self._takeaway = Takeaway(
@@ -95,6 +99,14 @@ class Session:
             self._actions,
             budget=self._budget,
             moment=lambda: self._player.time,
+        )
+        self._stage = Stage(
+            client,
+            self._arena,
+            self._robot.tabs,
+            self._actions,
+            play=self._play_again,
+            may_simulate=self._may_simulate,
         )
         self._run = RunPanel(
             client,
@@ -114,93 +126,12 @@ class Session:
             ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        add_commands(client.gui, self._commands(read_only))
+        commands = viewing_commands(self, self._actions, self._archives.picker, self._takeaway)
+        if not read_only:
+            commands += steering_commands(self._run, self._actions)
+        add_commands(client.gui, commands)
         self._navigation = Navigation(client, self, self._state, library, self._actions)
         self._navigation.begin()
-
-    def _commands(self, read_only: bool) -> list[Command]:
-        guarded, icon = self._actions.guarded, viser.Icon
-        found = [
-            Command(
-                "Choose a run",
-                "Unfold the list of runs",
-                icon.LIST,
-                guarded(self._archives.picker.show_list),
-            ),
-            Command(
-                "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(self.open_next)
-            ),
-            Command(
-                "Show the first generation",
-                "The maps as they began",
-                icon.PLAYER_SKIP_BACK,
-                guarded(lambda: self.show_generation(0)),
-            ),
-            Command(
-                "Show the newest generation",
-                "The maps as they are, and as a live run goes on",
-                icon.PLAYER_SKIP_FORWARD,
-                guarded(self._show_newest),
-            ),
-            Command(
-                "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(self._toggle_replay)
-            ),
-            Command(
-                "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(self._replay_again)
-            ),
-            Command(
-                "Export this robot",
-                "Download it as a zip: build sheet, parts, firmware, MJCF",
-                icon.DOWNLOAD,
-                guarded(self.export, alone=False),
-            ),
-            Command(
-                "Add this robot to the basket",
-                "Keep it, to download several at once",
-                icon.BASKET,
-                guarded(self._takeaway.add),
-            ),
-            Command(
-                "Save the replay as a video",
-                "An MP4 of the trial that is shown",
-                icon.MOVIE,
-                guarded(lambda: self._takeaway.record("mp4")),
-            ),
-            Command(
-                "Save the replay as a page",
-                "One HTML file that plays without a server",
-                icon.FILE_CODE,
-                guarded(lambda: self._takeaway.record("html")),
-            ),
-        ]
-        run = self._run
-        steering = [
-            Command(
-                "Start the new run",
-                "As its form on the right says",
-                icon.ROCKET,
-                guarded(run.start_run, alone=False),
-            ),
-            Command(
-                "Pause this run",
-                "Its process saves and ends; Resume goes on exactly there",
-                icon.PLAYER_PAUSE,
-                guarded(run.pause_run, alone=False),
-            ),
-            Command(
-                "Resume this run",
-                "As if it had never stopped",
-                icon.PLAYER_TRACK_NEXT,
-                guarded(run.resume_run, alone=False),
-            ),
-            Command(
-                "Stop this run",
-                "Its process saves and ends",
-                icon.PLAYER_STOP,
-                guarded(run.stop_run, alone=False),
-            ),
-        ]
-        return found if read_only else found + steering
 
     def open_next(self) -> None:
         """Show the run below the shown one in the list, after the last the first."""
@@ -210,11 +141,17 @@ class Session:
         k = paths.index(self._state.path) if self._state.path in paths else -1
         self.open_run(paths[(k + 1) % len(paths)])
 
-    def _show_newest(self) -> None:
+    def show_newest(self) -> None:
+        """Show the maps as they are, and follow the run."""
         if self._state.last is not None:
             self.show_generation(self._state.last.number)
 
-    def _replay_again(self) -> None:
+    def replay_again(self) -> None:
+        """Play the replay from its start.
+
+        Raises:
+            InvalidData: there is none.
+        """
         if self._player.replay is None:
             raise InvalidData("Click a filled cell of a map first.")
         self._player.seek(self._player.replay.start_time)
@@ -229,6 +166,7 @@ class Session:
             self._library.unwatch(self)
             self._growth.stop()
             self._takeaway.close()
+            self._stage.close()
             self._player.close()
 
     def open_run(self, path: Path) -> None:
@@ -240,9 +178,10 @@ class Session:
         reader = self._library.reader(path)
         self._growth.stop()
         self._player.unload()
-        self._arena.clear()
+        self._stage.clear()
         self._robot.show_no_robot()
         self._takeaway.panel.allow_robot(False)
+        self._stage.choose(None)
         self._board.clear()
         self._state.begin(path, reader)
         task = get_task(reader.config.task)
@@ -328,7 +267,7 @@ class Session:
         self._state.selection = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show_chosen(0, 0, 0)
+        self._show_chosen(self._state.target, 0, 0)
 
     def _show_chosen(self, target: int, repeat: int, fresh: int) -> None:
         chosen = self._state.selection
@@ -337,16 +276,22 @@ class Session:
         if chosen.cell is not None:
             where += f" cell {cell_name(chosen.cell)}"
         if chosen.is_ancestor:
-            where = f"ancestor of robot {chosen.line[0].number}, {where}"
+            where = f"ancestor of robot {chosen.line[0].number}"
         self._robot.show_robot(
             self._reader().config, chosen.evaluation, where, chosen.entered, line=chosen.line
         )
         self._takeaway.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
+        reader = self._reader()
+        self._stage.choose(
+            Entry(
+                path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
+            )
+        )
         self.choose_trial(target, repeat, fresh)
 
     def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
-        """Replay a trial of the chosen robot.
+        """Replay a trial of the chosen robot, or of what is shown instead of it.
 
         Args:
             target: which of the task's targets.
@@ -357,16 +302,25 @@ class Session:
             InvalidData: there is no such trial.
         """
         chosen = self._state.selection
-        if chosen is None:
+        replay = self._stage.replay(target, repeat, fresh)
+        if replay is None and chosen is not None:
+            config = self._reader().config
+            replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+        if replay is None:
+            self._player.unload()
+            self._stage.clear()
             self._actions.notify("No robot chosen", "Click a filled cell of a map first.")
             return
-        config = self._reader().config
-        replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
         self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
         self._transport.select_trial(target, repeat, fresh)
         self._navigation.update(self._board.generation)
         self._player.load(replay)
         self._transport.refresh()
+
+    def _play_again(self) -> None:
+        """Replay the present trial from its start."""
+        state = self._state
+        self.choose_trial(state.target, state.repeat, state.fresh)
 
     def replay_dump(self, path: Path) -> None:
         """Play the last moments of a simulation that failed.
@@ -375,7 +329,7 @@ class Session:
             DumpError: the file cannot be read as a dump.
         """
         dump = read_dump(path)
-        self._arena.clear()
+        self._stage.clear()
         self._player.load(DumpReplay(dump))
         self._transport.refresh()
         failed = dump.failed
@@ -485,8 +439,10 @@ class Session:
         """Run through the generations, or stop that."""
         if self._growth.playing:
             self._growth.stop()
-        elif self._board.generation is not None and self._state.last is not None:
-            self._growth.play(self._board.generation, self._state.last.number)
+        elif self._board.generation is not None:
+            self._growth.play(
+                self._board.generation, lambda: self._state.last.number if self._state.last else 0
+            )
 
     def _grow(self, number: int) -> bool:
         """Show the next generation of those that play, unless something has stopped that."""
@@ -501,7 +457,8 @@ class Session:
         self._actions.guarded(show)()
         return shown
 
-    def _toggle_replay(self) -> None:
+    def toggle_replay(self) -> None:
+        """Play or pause the replay, if there is one."""
         if self._player.replay is not None:
             self._player.pause() if self._player.playing else self._player.play()
             self._transport.refresh()
@@ -513,8 +470,8 @@ class Session:
 
     def _show_frame(self, replay: Playable, index: int) -> None:
         if replay is self._player.replay:
-            self._arena.show(replay, index)
-            self._robot.show_frame(replay, index, playing=self._player.playing)
+            if self._stage.show(replay, index):
+                self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
     def _player_stopped(self) -> None:

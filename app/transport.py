@@ -17,6 +17,7 @@ from app.widgets import put
 from engine.dump_replay import DumpReplay
 from engine.replay import MAX_FRESH, Replay
 from engine.tasks import get_task, remaining_distance
+from engine.what_if import WhatIfReplay
 from viz import tension_legend
 from viz.robot_geometry import full_tension
 
@@ -261,6 +262,8 @@ def describe(player: Player) -> str:
     if replay.target is not None and frame is not None:
         gap = float(np.linalg.norm(frame.head - replay.target))
         parts.append(f"head {100 * gap:.1f} cm from the target")
+    if isinstance(replay, WhatIfReplay):
+        parts.insert(0, "what if, a robot of no archive")
     if not isinstance(replay, Replay):
         return " · ".join(parts)
     if replay.fresh:
@@ -299,9 +302,11 @@ def _text(line: str, legend: str = "") -> str:
     )
 
 
-_WIDE = (3, 14, 3, 6, 4, 3, 3, 4, 2, 3, 3, 3, 3, 3, 3)
-_NARROW = (5, 10, 5, 11, 9, 6, 6, 8, 20, 5, 5, 5, 5, 10, 10)
-"""Twentieths of the panel's width that the widgets take, in their order."""
+_WIDE = (6, 28, 6, 12, 8, 6, 6, 8, 4, 6, 6, 6, 6, 6, 6)
+_NARROW = (10, 22, 8, 12, 9, 6, 6, 7, 0, 7, 8, 8, 5, 6, 6)
+"""Fortieths of the panel's width that the widgets take, in their order; 0 for what there is no room for."""
+_UNLABELLED = range(5, 10)
+"""Children of a narrow panel that do without their label: what they show says what it is."""
 
 
 def _layout(width: int) -> str:
@@ -310,17 +315,22 @@ def _layout(width: int) -> str:
 
     def rows(spans: tuple[int, ...]) -> str:
         return "".join(
-            f"{panel} > :nth-child({k}) {{ grid-column: span {span}; }}"
+            f"{panel} > :nth-child({k}) {{ {f'grid-column: span {span}' if span else 'display: none'}; }}"
             for k, span in enumerate(spans, start=2)
         )
 
+    labels = ", ".join(f"{panel} > :nth-child({k}) > div > div:has(label)" for k in _UNLABELLED)
+    narrow = (
+        f"{rows(_NARROW)} {labels} {{ display: none; }}"
+        f"{panel} > * > div {{ padding-left: 4px !important; padding-right: 4px !important; }}"
+    )
     return (
         '<style class="ta-transport">'
-        f"{panel} {{ display: grid; grid-template-columns: repeat(20, 1fr); align-items: center;"
+        f"{panel} {{ display: grid; grid-template-columns: repeat(40, 1fr); align-items: center;"
         " row-gap: 2px; padding: 8px 4px 2px; }"
-        f"{panel} > * {{ grid-column: span 20; padding-bottom: 0 !important; min-width: 0; }}"
-        f"{panel} > :nth-child(1) {{ display: none; }}{rows(_WIDE if width >= WIDTH else _NARROW)}"
+        f"{panel} > * {{ grid-column: span 40; padding-bottom: 0 !important; min-width: 0; }}"
+        f"{panel} > :nth-child(1) {{ display: none; }}{rows(_WIDE) if width >= WIDTH else narrow}"
         f"{panel} > :nth-child(3) {{ padding-top: 6px; }}"
         f"{panel} > * > div > div:has(label) {{ width: auto !important; }}"
-        f"@media (max-width: 700px) {{{rows(_NARROW)}}}</style>"
+        f"@media (max-width: 700px) {{{narrow}}}</style>"
     )

@@ -20,13 +20,14 @@ from app.library import UPLOADS
 from app.viser_private import Gate
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.reader import RunReader
+from engine.schema import TABLES
 from engine.store import SUFFIX
 
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""
 MAX_FILES: Final = 20
 """Files that are kept; who wants more deletes some."""
-_KNOWN: Final = {"meta", "evaluations", "generations", "placements", "state"}
+_KNOWN: Final = set(re.findall(r"CREATE TABLE (\w+)", TABLES))
 _unsafe = re.compile(r"[^A-Za-z0-9_-]+")
 _one_at_a_time = threading.Lock()
 
@@ -123,7 +124,7 @@ def _check_tables(path: Path) -> None:
                 plain = kind == "table" and "VIRTUAL" not in str(sql).upper()
                 if table not in _KNOWN or not (plain or (kind == "index" and sql is None)):
                     raise RunFileError(f"{path} is not a TensAtlas run file: it has a {kind} {table!r}"[:300])
-            for table in sorted(_KNOWN):
+            for table in sorted(_KNOWN):  # one that is missing has no columns
                 # 0 is an ordinary column; others are computed or hidden
                 if any(row[6] for row in db.execute(f"PRAGMA table_xinfo({table})")):
                     raise RunFileError(f"{path} is not a TensAtlas run file: {table} has computed columns")

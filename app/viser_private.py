@@ -7,6 +7,7 @@ Each of them is here because nothing public does it:
 - ``Gate``: viser writes what a browser sends into its widgets unchecked: any attribute, any value, files of
   any size.
 - ``ModalHandle``: the type of what ``add_modal`` returns has no public name.
+- ``inputs_of``: a client cannot be asked for its controls.
 - ``uuid_of``: an input can only be found on the page by the id that viser gave it.
 
 All were written for viser 1.1.1, which ``constraints.txt`` pins; ``tests/browser/test_safety.py`` notices if
@@ -26,13 +27,14 @@ import viser
 import websockets.asyncio.server
 from viser import _messages
 from viser._gui_handles import GuiModalHandle as ModalHandle
+from viser._gui_handles import GuiProgressBarHandle
 from websockets import Headers
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from app.access import Access, Admission, Refusal
 
-__all__ = ["Gate", "ModalHandle", "acceptable", "start_server", "uuid_of"]
+__all__ = ["Gate", "ModalHandle", "acceptable", "inputs_of", "start_server", "uuid_of"]
 
 MAX_MESSAGE: Final = 8 * 1024 * 1024
 """Bytes of the longest message from a browser; a file comes in parts of half a megabyte."""
@@ -100,6 +102,12 @@ def _asking_first(access: Access) -> Iterator[None]:
 def uuid_of(widget: Any) -> str:
     """Return the id of a widget, which its label on the page carries."""
     return str(widget._impl.uuid)
+
+
+def inputs_of(gui: viser.GuiApi) -> list[Any]:
+    """Return every control of a browser; a progress bar, which viser counts among them, is none."""
+    found = gui._gui_input_handle_from_uuid.values()
+    return [handle for handle in found if not isinstance(handle, GuiProgressBarHandle)]
 
 
 class Gate:

@@ -1,8 +1,31 @@
 """Errors whose message is meant for the person at the keyboard: one line that says what to do."""
 
+from pathlib import Path
+from typing import Final
+
+MAX_LINE: Final = 1000
+"""Characters of the longest message; of a longer one the middle is left out, for the end says what to do."""
+
+
+def one_line(text: str) -> str:
+    """Return a text without line breaks and control characters, shortened if it is very long."""
+    text = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    if len(text) > MAX_LINE:
+        text = f"{text[: MAX_LINE - 305]} ... {text[-300:]}"
+    return text
+
 
 class TensAtlasError(Exception):
-    """Base of every error that is the user's to mend; the command line prints it and exits with 2."""
+    """Base of every error that is the user's to mend; the command line prints it and exits with 2.
+
+    Whatever the message quotes, of files from strangers too, it stays one line of sensible length.
+
+    Args:
+        message: for people.
+    """
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(one_line(str(message)))
 
 
 UNEXPECTED_DATA = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
@@ -23,6 +46,20 @@ class TaskError(TensAtlasError):
 
 class RunFileError(TensAtlasError):
     """A run file is missing, damaged, foreign, newer than this program or in use."""
+
+
+class DamagedRunFile(RunFileError):
+    """A run file of which a part is lost or not what it should be; the message says how to save the rest.
+
+    Args:
+        path: of the file.
+        problem: what is wrong with it, as a predicate: ``is damaged: ...``.
+    """
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(
+            f"{path} {problem}; save what is whole with: tensatlas recover {path} --out NEW.tsmr"
+        )
 
 
 class DumpError(TensAtlasError):

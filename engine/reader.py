@@ -16,13 +16,21 @@ from typing import Any, Self
 from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.config import RunConfig, from_json
-from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, TensAtlasError, UnknownTask
+from engine.errors import (
+    UNEXPECTED_DATA,
+    DamagedRunFile,
+    InvalidData,
+    RunFileError,
+    TensAtlasError,
+    UnknownTask,
+    one_line,
+)
 from engine.evaluation import Evaluation
 from engine.lineage import Ancestor
+from engine.lock import is_being_written
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.schema import APPLICATION_ID, FORMAT_VERSION
-from engine.store import is_being_written
 from engine.tasks import get_task, task_version
 
 MAX_CELLS_PER_AXIS = 200
@@ -95,7 +103,7 @@ class RunReader:
         self.path = path
         _check_header(path)
         self._mutex = threading.Lock()
-        self._db = _connect(path)
+        self._db = connect(path)
         try:
             self._check_format()
             with self.guard():
@@ -139,8 +147,22 @@ class RunReader:
         return None if number is None else int(number)
 
     def n_evaluations(self) -> int:
-        """Return the number of saved evaluations, those of an open generation included."""
-        return int(self._query("SELECT COUNT(*) FROM evaluations")[0][0])
+        """Return the number of saved evaluations, those of an open generation included.
+
+        Only the open generation's are counted, because counting all reads all of a long run's pages.
+        """
+        closed = self._query(
+            "SELECT generation, n_evaluations FROM generations ORDER BY generation DESC LIMIT 1"
+        )
+        with self.guard():
+            last, n = (int(v) for v in closed[0]) if closed else (-1, 0)
+        # numbers rise from generation to generation
+        (opened,) = self._query(
+            "SELECT COUNT(*) FROM evaluations WHERE number > COALESCE((SELECT number FROM evaluations"
+            " WHERE generation <= ? ORDER BY number DESC LIMIT 1), -1)",
+            (last,),
+        )[0]
+        return n + int(opened)
 
     def generations(self, after: int = -1) -> list[Generation]:
         """Return the closed generations with a greater number, in order."""
@@ -214,9 +236,9 @@ class RunReader:
             axes = generation.archives[name].axes
             for cell, number in cells.items():
                 if number not in known:
-                    raise RunFileError(f"{self.path} is damaged: evaluation {number} holds a cell of a map")
+                    raise DamagedRunFile(self.path, f"is damaged: evaluation {number} holds a cell of a map")
                 if len(cell) != len(axes) or any(i >= a.n for i, a in zip(cell, axes, strict=True)):
-                    raise RunFileError(f"{self.path} is damaged: cell {cell} lies outside a map")
+                    raise DamagedRunFile(self.path, f"is damaged: cell {cell} lies outside a map")
         return {name: {cell: (n, known[n]) for cell, n in cells.items()} for name, cells in placed.items()}
 
     def contents(self, archive: str, generation: int) -> dict[Cell, Evaluation]:
@@ -359,27 +381,29 @@ class RunReader:
     def _check_format(self) -> None:
         if self._query("PRAGMA application_id")[0][0] != APPLICATION_ID:
             raise RunFileError(f"{self.path} is a database of another program, not a TensAtlas run")
-        version = self._query("PRAGMA user_version")[0][0]
+        version = self.format_version = int(self._query("PRAGMA user_version")[0][0])
         if version > FORMAT_VERSION:
             raise RunFileError(
                 f"{self.path} was written by a newer TensAtlas (format {version}, this one reads"
                 f" {FORMAT_VERSION}); update TensAtlas"
             )
-        for table, columns in _COLUMNS.items():
-            found = {r[1] for r in self._query(f"PRAGMA table_info({table})")}
-            if not found.issuperset(columns.split()):
-                raise RunFileError(f"{self.path} is damaged: table {table} is not as expected")
+        self._check_tables()
+
+    def _check_tables(self) -> None:
+        """Make sure that there are plain tables only: a view or a computed column could run for ever."""
+        for kind, name in self._query("SELECT type, name FROM sqlite_master"):
+            if kind not in ("table", "index"):
+                raise RunFileError(f"{self.path} is not a TensAtlas run file: it has a {kind}, {name!r:.60}")
+        tables = _COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
+        for table, columns in tables.items():
+            found = {r[1]: r[6] for r in self._query(f"PRAGMA table_xinfo({table})")}
+            if not set(found).issuperset(columns.split()):
+                raise DamagedRunFile(self.path, f"is damaged: table {table} is not as expected")
+            if any(found.values()):  # 0 is an ordinary column; others are computed or hidden
+                raise RunFileError(f"{self.path} is not a TensAtlas run file: {table} has computed columns")
 
     def _checked(self, e: Evaluation) -> Evaluation:
-        task, trials = get_task(self.config.task), self.config.trials
-        if (
-            e.distances.shape != (task.n_targets, trials.repeats)
-            # a file may have been rid of its trajectories to make it smaller
-            or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
-            or e.solution.controller.n_inputs != task.n_inputs
-            or e.solution.morphology.stiffness_mode != self.config.stiffness
-        ):
-            raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
+        check_fits(self.config, e)
         return e
 
     def _query(self, sql: str, parameters: tuple[Any, ...] = ()) -> list[sqlite3.Row]:
@@ -387,7 +411,7 @@ class RunReader:
             with self._mutex:
                 return self._db.execute(sql, parameters).fetchall()
         except (sqlite3.Error, OverflowError, UnicodeDecodeError) as e:
-            raise RunFileError(f"{self.path} cannot be read: {e}") from None
+            raise _unreadable(self.path, e) from None
 
     def _chunked(self, sql: str, numbers: set[int]) -> list[sqlite3.Row]:
         ordered = sorted(numbers)
@@ -400,6 +424,23 @@ class RunReader:
     def guard(self) -> _Damage:
         """Return a context that reports unexpected data as damage to this file."""
         return _Damage(self.path)
+
+
+def check_fits(config: RunConfig, e: Evaluation) -> None:
+    """Make sure that an evaluation is one that a configuration can have led to.
+
+    Raises:
+        InvalidData: it has another task's or trial's shape.
+    """
+    task, trials = get_task(config.task), config.trials
+    if (
+        e.distances.shape != (task.n_targets, trials.repeats)
+        # a file may have been rid of its trajectories to make it smaller
+        or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
+        or e.solution.controller.n_inputs != task.n_inputs
+        or e.solution.morphology.stiffness_mode != config.stiffness
+    ):
+        raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
 
 
 class _Damage:
@@ -415,10 +456,15 @@ class _Damage:
         if isinstance(error, UnknownTask):
             raise RunFileError(f"{self._path} cannot be opened: {error}") from None
         if isinstance(error, (InvalidData, *UNEXPECTED_DATA)):
-            raise RunFileError(f"{self._path} is damaged: {error}") from None
+            raise DamagedRunFile(self._path, f"is damaged: {error}") from None
 
 
-def _connect(path: Path) -> sqlite3.Connection:
+def connect(path: Path) -> sqlite3.Connection:
+    """Open a run file's database for reading.
+
+    Raises:
+        RunFileError: it cannot be read.
+    """
     where = urllib.parse.quote(str(path.absolute()))
     error: Exception | None = None
     modes = ["mode=ro"]
@@ -434,14 +480,23 @@ def _connect(path: Path) -> sqlite3.Connection:
             return db
         except (sqlite3.Error, UnicodeDecodeError) as e:
             error = e
-    raise RunFileError(f"{path} cannot be read: {error}")
+    raise _unreadable(path, error)
+
+
+def _unreadable(path: Path, error: Exception | None) -> RunFileError:
+    """Return what to say of a run that SQLite cannot read: damage, or something in the way."""
+    in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
+    text = one_line(str(error))[:200]
+    if isinstance(error, in_the_way) and not any(w in text for w in ("malformed", "decode", "no such")):
+        return RunFileError(f"{path} cannot be read: {text}")
+    return DamagedRunFile(path, f"cannot be read: {text}")
 
 
 def _check_header(path: Path) -> None:
     try:
         size = path.stat().st_size
         with open(path, "rb") as f:
-            header = f.read(100)
+            header = f.read(4096)
     except FileNotFoundError:
         raise RunFileError(f"{path} does not exist") from None
     except OSError as e:
@@ -449,11 +504,13 @@ def _check_header(path: Path) -> None:
     if not size:
         raise RunFileError(f"{path} is empty")
     if not header.startswith(_HEADER) or len(header) < 100:
+        if b"CREATE TABLE evaluations" in header:
+            raise DamagedRunFile(path, "is damaged: its first bytes are not what they should be")
         raise RunFileError(f"{path} is not a TensAtlas run file")
     page = int.from_bytes(header[16:18], "big")
     expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
     if size < expected and not path.with_name(path.name + "-wal").exists():
-        raise RunFileError(f"{path} is cut short: {size} of {expected} bytes")
+        raise DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
 
 
 def _figures(data: Any) -> ArchiveFigures:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -88,6 +91,27 @@ def from_row(row: Any) -> Evaluation:
         raise e if str(e).startswith(where) else InvalidData(f"{where}: {e}") from None
     except UNEXPECTED_DATA as e:
         raise InvalidData(f"{where} is damaged: {e}") from None
+
+
+def digest(row: Sequence[Any]) -> bytes:
+    """Return what tells a row of the table ``evaluations`` from one whose bytes have changed since.
+
+    Args:
+        row: as ``to_row`` returns it or the table holds it.
+    """
+    found = hashlib.blake2b(digest_size=8)
+    for value in row:
+        match value:
+            case None:
+                kind, content = b"n", b""
+            case bytes():
+                kind, content = b"b", value
+            case float():
+                kind, content = b"f", struct.pack(">d", value)
+            case _:
+                kind, content = b"t", str(value).encode(errors="surrogateescape")
+        found.update(kind + len(content).to_bytes(8, "big") + content)
+    return found.digest()
 
 
 def dump(value: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 import numpy as np
@@ -77,21 +78,32 @@ class Frame:
 
 
 class Playable(Protocol):
-    """A simulation whose frames can be shown while it runs; ``frames`` only ever grows.
+    """A simulation whose frames can be shown while it runs."""
 
-    Attributes:
-        frames: what has been simulated, every ``frame_period``.
-        target: (2,) the target in the world, in m, or None.
-        walls: that stand in the world; they go up when the target is placed.
-        failure: why the simulation failed, once it has.
-        head: which end of the robot is its head.
-    """
+    @property
+    def frames(self) -> Sequence[Frame]:
+        """What has been simulated, every ``frame_period``; only ever grows."""
+        ...
 
-    frames: list[Frame]
-    target: np.ndarray | None
-    walls: tuple[Wall, ...]
-    failure: str | None
-    head: Head
+    @property
+    def target(self) -> np.ndarray | None:
+        """(2,) the target in the world, in m, or None."""
+        ...
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """What stands in the world; the walls go up when the target is placed."""
+        ...
+
+    @property
+    def failure(self) -> str | None:
+        """Why the simulation failed, once it has."""
+        ...
+
+    @property
+    def head(self) -> Head:
+        """Which end of the robot is its head."""
+        ...
 
     @property
     def morphology(self) -> Morphology:

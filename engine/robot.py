@@ -155,7 +155,7 @@ def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True
     return spec
 
 
-@functools.lru_cache(maxsize=256)
+@functools.lru_cache(maxsize=32)  # up to 3 MB each
 def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = True) -> RobotModel:
     """Compile a robot on the open plane; equal arguments share one model, which must not be changed."""
     spec = build_spec(morphology, physics=physics, gravity=gravity)

@@ -6,9 +6,20 @@ from typing import Final
 
 APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
-FORMAT_VERSION: Final = 1
+FORMAT_VERSION: Final = 2
+"""1 had no digests. A file keeps the format that it was made with until somebody asks for a copy in this
+one (``engine.migration``)."""
 
-TABLES: Final = """
+DIGESTS: Final = """
+CREATE TABLE digests (
+    number INTEGER PRIMARY KEY,      -- of an evaluation
+    digest BLOB NOT NULL             -- of its row, see engine.records.digest
+);
+"""
+
+TABLES: Final = (
+    DIGESTS
+    + """
 CREATE TABLE meta (
     key TEXT PRIMARY KEY,
     value TEXT NOT NULL              -- JSON
@@ -54,3 +65,4 @@ CREATE TABLE state (
     algorithm TEXT NOT NULL          -- JSON
 );
 """
+)

@@ -8,11 +8,10 @@ holds whole generations, and the finished evaluations of the one that was under 
 from __future__ import annotations
 
 import contextlib
-import fcntl
+import errno
 import json
 import os
 import sqlite3
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,40 +19,29 @@ from typing import Any, Final, Self
 
 from engine.algorithms.snapshot import Snapshot
 from engine.config import RunConfig, to_json
-from engine.errors import InvalidData, RunFileError
+from engine.errors import DamagedRunFile, InvalidData, RunFileError
 from engine.evaluation import Evaluation
-from engine.records import cell_name, from_row, to_row
+from engine.lock import RunLock, is_being_written, lock_path
+from engine.records import cell_name, digest, from_row, to_row
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 
 SUFFIX: Final = ".tsmr"
-
-
-def lock_path(path: Path) -> Path:
-    """Return the file whose lock says that a process is writing a run."""
-    return path.with_name(path.name + ".lock")
-
-
-def is_being_written(path: Path) -> bool:
-    """Tell whether a living process is writing a run."""
-    try:
-        with open(lock_path(path), "rb") as f:
-            try:
-                fcntl.flock(f, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except BlockingIOError:
-                return True
-            return False
-    except OSError:
-        return False
+LOG_LIMIT: Final = 8 * 1024 * 1024
+"""Bytes to which the write-ahead log is cut back when all readers have let go of it."""
+CLOSE_PATIENCE: Final = 2000
+"""Milliseconds that closing waits for readers."""
+__all__ = ["SUFFIX", "RunWriter", "is_being_written", "lock_path"]
 
 
 class RunWriter:
     """The one process that may write a run. Use ``create`` or ``open``, then as a context manager."""
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, lock: int) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: RunLock) -> None:
         self.path = path
         self._db = connection
         self._lock = lock
         self._placed: dict[tuple[str, str], int] = {}
+        self._has_digests = connection.execute("PRAGMA user_version").fetchone()[0] > 1
 
     @classmethod
     def create(
@@ -62,6 +50,7 @@ class RunWriter:
         config: RunConfig,
         versions: Mapping[str, str],
         projection: Mapping[str, str] | None = None,
+        created_at: str = "",
     ) -> Self:
         """Start a new run file.
 
@@ -70,6 +59,7 @@ class RunWriter:
             config: of the run.
             versions: of what decides its outcome.
             projection: what its archives were projected from, for a run that was not evolved itself.
+            created_at: UTC date and time, of a run that is saved anew; by default it is made now.
 
         Raises:
             RunFileError: the file exists, or cannot be written there.
@@ -78,12 +68,12 @@ class RunWriter:
             raise RunFileError(f"{path}: a run file's name ends in {SUFFIX}")
         if path.parent.exists() and not path.parent.is_dir():
             raise RunFileError(f"{path.parent} is not a folder; choose another place for the run")
-        lock = -1
+        lock: RunLock | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            lock = _acquire(path)
+            lock = RunLock.acquire(path)
             if path.exists():
-                _release(path, lock)
+                lock.release()
                 raise RunFileError(
                     f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
                 )
@@ -98,7 +88,7 @@ class RunWriter:
                 meta = {
                     "config": to_json(config),
                     "versions": dict(versions),
-                    "created_at": _now(),
+                    "created_at": created_at or _now(),
                 }
                 if projection is not None:
                     meta["projection"] = dict(projection)
@@ -107,10 +97,14 @@ class RunWriter:
                 db.execute("COMMIT")
             # a reader never sees a half-made file
             part.replace(path)
+            sync_folder(path)
             return cls(path, _connect_for_writing(path), lock)
         except (OSError, sqlite3.Error) as e:
-            _release(path, lock)
-            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+            with contextlib.suppress(OSError):
+                path.with_name(path.name + ".part").unlink(missing_ok=True)
+            if lock is not None:
+                lock.release()
+            raise unwritable(path, e) from e
 
     @classmethod
     def open(cls, path: Path) -> Self:
@@ -119,9 +113,9 @@ class RunWriter:
         Raises:
             RunFileError: another process is writing it, or it cannot be written.
         """
-        lock = -1
+        lock: RunLock | None = None
         try:
-            lock = _acquire(path)
+            lock = RunLock.acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
             for archive, cell, evaluation in writer._db.execute(
                 "SELECT archive, cell, evaluation FROM placements ORDER BY generation"
@@ -130,8 +124,9 @@ class RunWriter:
             writer._placed = {k: v for k, v in writer._placed.items() if v is not None}
             return writer
         except (OSError, sqlite3.Error) as e:
-            _release(path, lock)
-            raise RunFileError(f"{path} cannot be written: {_reason(e)}") from e
+            if lock is not None:
+                lock.release()
+            raise unwritable(path, e) from e
 
     def __enter__(self) -> Self:
         return self
@@ -147,7 +142,7 @@ class RunWriter:
             )
             return [from_row(row) for row in rows]
         except (sqlite3.Error, InvalidData) as e:
-            raise RunFileError(f"{self.path} is damaged: {e}") from None
+            raise DamagedRunFile(self.path, f"is damaged: {e}") from None
 
     def n_failed(self) -> int:
         """Return how many of the saved evaluations failed."""
@@ -156,19 +151,28 @@ class RunWriter:
 
     def add_evaluations(self, generation: int, evaluations: Sequence[Evaluation]) -> None:
         """Save finished evaluations of the generation under way."""
+        rows = [to_row(generation, e) for e in evaluations]
         with self._transaction():
-            self._db.executemany(
-                f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})",
-                [to_row(generation, e) for e in evaluations],
-            )
+            self._db.executemany(f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})", rows)
+            if self._has_digests:
+                self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
 
-    def close_generation(self, algorithm: Snapshot, statistics: Any, seconds: float) -> None:
+    def insert(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
+        """Save rows of a table as another file of this format has them."""
+        with self._transaction():
+            for row in rows:
+                self._db.execute(f"INSERT INTO {table} VALUES ({','.join('?' * len(row))})", tuple(row))
+
+    def close_generation(
+        self, algorithm: Snapshot, statistics: Any, seconds: float, finished_at: str = ""
+    ) -> None:
         """Save what a generation left behind: the archives' changes, their statistics, the state.
 
         Args:
             algorithm: after its ``tell``.
             statistics: JSON-ready figures of the archives.
             seconds: computing time of the run so far.
+            finished_at: UTC date and time, of a generation that is saved anew; by default it ends now.
         """
         generation = algorithm.generation - 1
         held = {
@@ -179,11 +183,14 @@ class RunWriter:
         gone = [(generation, *key, None) for key in self._placed if key not in held]
         new = [(generation, *key, n) for key, n in held.items() if self._placed.get(key) != n]
         with self._transaction():
-            (n, failed) = self._db.execute("SELECT COUNT(*), COUNT(failure) FROM evaluations").fetchone()
+            # a recovered run may have evaluations of later generations already
+            (n, failed) = self._db.execute(
+                "SELECT COUNT(*), COUNT(failure) FROM evaluations WHERE generation <= ?", (generation,)
+            ).fetchone()
             self._db.executemany("INSERT INTO placements VALUES (?, ?, ?, ?)", [*gone, *new])
             self._db.execute(
                 "INSERT INTO generations VALUES (?, ?, ?, ?, ?, ?)",
-                (generation, n, failed, json.dumps(statistics), _now(), seconds),
+                (generation, n, failed, json.dumps(statistics), finished_at or _now(), seconds),
             )
             self._db.execute(
                 "INSERT OR REPLACE INTO state VALUES (1, ?, ?)",
@@ -194,14 +201,16 @@ class RunWriter:
     def close(self) -> None:
         """Fold the write-ahead log into the file, so that the file alone is the run, and let go."""
         with contextlib.suppress(sqlite3.Error):
+            self._db.execute(f"PRAGMA busy_timeout={CLOSE_PATIENCE}")
             # refused while somebody reads; then the log stays beside the file until the next close
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode=DELETE")
         self._db.close()
-        _release(self.path, self._lock)
+        self._lock.release()
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
+        self._lock.check()
         try:
             self._db.execute("BEGIN IMMEDIATE")
             yield
@@ -210,8 +219,18 @@ class RunWriter:
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
             if isinstance(e, sqlite3.Error):
-                raise RunFileError(f"{self.path} cannot be written: {_reason(e)}") from e
+                raise unwritable(self.path, e) from e
             raise
+
+
+def sync_folder(path: Path) -> None:
+    """Make sure that a new name in a folder outlives a power cut, where the system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _connect_for_writing(path: Path) -> sqlite3.Connection:
@@ -219,50 +238,22 @@ def _connect_for_writing(path: Path) -> sqlite3.Connection:
     db.row_factory = sqlite3.Row
     db.execute("PRAGMA journal_mode=WAL")
     db.execute("PRAGMA synchronous=FULL")
+    db.execute(f"PRAGMA journal_size_limit={LOG_LIMIT}")
     return db
 
 
-def _acquire(path: Path) -> int:
-    lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
-    deadline = time.monotonic() + 1.0
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is_at(lock, lock_path(path)):
-                break
-            # its last holder removed the file between our open and our lock
-            os.close(lock)
-            lock = os.open(lock_path(path), os.O_RDWR | os.O_CREAT, 0o644)
-        except BlockingIOError:
-            if time.monotonic() < deadline:  # a reader may be asking whether the run is live
-                time.sleep(0.02)
-                continue
-            holder = os.read(lock, 20).decode(errors="replace").strip() or "unknown"
-            os.close(lock)
-            raise RunFileError(f"{path} is being written by another process ({holder})") from None
-    os.ftruncate(lock, 0)
-    os.write(lock, str(os.getpid()).encode())
-    return lock
-
-
-def _is_at(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except FileNotFoundError:
-        return False
-
-
-def _release(path: Path, lock: int) -> None:
-    if lock >= 0:
-        with contextlib.suppress(OSError):
-            lock_path(path).unlink()
-        os.close(lock)
-
-
-def _reason(error: Exception) -> str:
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror
-    return str(error)
+def unwritable(path: Path, error: Exception) -> RunFileError:
+    """Return what to say of a run that cannot be written."""
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    # SQLite calls some full disks, quotas and limits an I/O error
+    if full or getattr(error, "sqlite_errorname", "").startswith(("SQLITE_FULL", "SQLITE_IOERR")):
+        reason += (
+            f"; what was finished is saved: make room there, then go on with 'tensatlas resume {path}'"
+            if path.exists()
+            else "; make room there"
+        )
+    return RunFileError(f"{path} cannot be written: {reason}")
 
 
 def _now() -> str:

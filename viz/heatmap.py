@@ -107,22 +107,24 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
         f"{SHARED_STYLE}</style>",
     ]
     parts += [_cell(heatmap, (i, j)) for i in range(x_axis.n) for j in range(y_axis.n)]
+    parts.append(
+        f'<rect class="ta-near" width="{CELL_WIDTH - 7}" height="{CELL_HEIGHT - 7}" rx="2" stroke-width="1.5"'
+        f' transform="translate(2.75 2.75)" {MARK_STYLE.format("#fff")} visibility="hidden"/>'
+    )
     if heatmap.ring is not None:
         ring = heatmap.ring
         x, y = _corner(heatmap, ring.cell)
         dashes = ' stroke-dasharray="4 2.5"' if ring.covered else ""
         parts.append(
-            f'<rect x="{x - 0.5}" y="{y - 0.5}" width="{CELL_WIDTH}" height="{CELL_HEIGHT}"'
-            f' rx="4" fill="none" stroke="{ring.color}" stroke-width="2.5"{dashes} pointer-events="none"/>'
+            f'<rect class="ta-ring" x="{x - 0.75}" y="{y - 0.75}" width="{CELL_WIDTH}" height="{CELL_HEIGHT}"'
+            f' rx="4" stroke-width="2.5"{dashes} {MARK_STYLE.format(ring.color)}/>'
         )
-    parts.append(
-        f'<rect class="ta-near" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" fill="none"'
-        ' stroke="currentColor" stroke-width="2" pointer-events="none" visibility="hidden"/>'
-    )
     parts += [_x_labels(x_axis, y_axis), _y_labels(y_axis), _color_bar(heatmap), "</svg>"]
     return "".join(parts)
 
 
+MARK_STYLE = 'fill="none" stroke="{}" pointer-events="none" style="filter:drop-shadow(0 0 1px #000)"'
+"""Of what marks a cell, by its colour: the shadow sets it off against any cell on any ground."""
 SHARED_STYLE = (
     ".ta-map{outline-offset:3px;border-radius:4px}.ta-map:focus{outline:none}"
     f".ta-map:focus-visible{{outline:2px solid rgb{theme.ACCENT}}}"

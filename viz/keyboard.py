@@ -41,7 +41,7 @@ return{name:g.dataset.c.split(':')[1],x:+r.getAttribute('x'),y:+r.getAttribute('
 element:g}})};
 var named=function(s,name){return cells(s).find(function(c){return c.name===name})};
 var chosen=function(s){
-var r=s.querySelector('.ta-ring'),m=r&&getComputedStyle(r);
+var r=s.querySelector('.ta-outer~.ta-ring'),m=r&&getComputedStyle(r);
 if(!m||m.visibility!=='visible')return null;
 m=new DOMMatrix(m.transform);
 var c=cells(s).find(function(c){return Math.abs(c.x-m.e)<.5&&Math.abs(c.y-m.f)<.5});

@@ -147,7 +147,7 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
             "<style>.ta-nested[data-c]{cursor:pointer}.ta-nested .o{fill:currentColor;fill-opacity:.07}"
             ".ta-nested .e{fill:none;stroke:currentColor;stroke-opacity:.28;stroke-width:.8;"
             "stroke-dasharray:2 2}.ta-nested .ta-ring,.ta-nested .ta-outer{visibility:hidden;fill:none;"
-            f"pointer-events:none}}{SHARED_STYLE}</style>",
+            f"pointer-events:none;filter:drop-shadow(0 0 .8px #000)}}{SHARED_STYLE}</style>",
             _frames(nested, g),
             _paths(nested, g),
             f'<rect class="ta-near" {near} fill="none" stroke="currentColor" stroke-width="1"'

@@ -153,14 +153,19 @@ def legend() -> str:
             f' stroke-width="{width:.1f}"/></svg>'
         )
 
+    def dot(color: Sequence[int]) -> str:
+        return (
+            '<span style="display:inline-block;width:7px;height:7px;border-radius:50%;'
+            f'border:1px solid currentColor;background:{_hex(color)}"></span>'
+        )
+
     return (
         '<div class="ta-network-legend"'
         ' style="font-size:11px;line-height:1.7;opacity:.75;padding:2px 10px 4px">'
         f"{line(POSITIVE, 1.8)} excites {line(NEGATIVE, 1.8)} inhibits · weight"
         f" {line('currentColor', _width(0.5))} 0.5 {line('currentColor', _width(2.0))} 2"
         f" {line('currentColor', _width(5.0))} 5<br>"
-        f'<span style="color:{_hex(ACTIVE)}">●</span> active'
-        f' <span style="color:{_hex(REST)}">●</span> at rest'
+        f"{dot(ACTIVE)} active {dot(REST)} at rest"
         " · bars: frequency and phase of each module, in the numbers of the picture, the head first</div>"
     )
 

@@ -179,7 +179,7 @@ def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mappi
     coverage = len(elites) / math.prod(a.n for a in axes)
     if view.kind in ("whole", "nested") and content.coverage is not None:
         coverage = content.coverage
-    cells = f"{len(elites)} cells, {coverage:.0%}"
+    cells = f"{len(elites)} cell{'' if len(elites) == 1 else 's'}, {coverage:.0%}"
     if view.kind == "section":
         return cells
     return f"{cells} · QD score {sum(e.f_s for e in elites.values()):.0f} cm"

@@ -17,9 +17,19 @@ _SCALE = 0.8
 """Part of a row's height between released and contracted."""
 
 
-def page_of(time: float, start: float) -> tuple[float, float]:
-    """Return from when to when the picture goes that shows a time of a replay; all in s."""
+def page_of(time: float, start: float, end: float) -> tuple[float, float]:
+    """Return from when to when the picture goes that shows a time of a replay; all in s.
+
+    Args:
+        time: to be shown.
+        start: of the replay.
+        end: of its evaluated part, where a picture ends; beyond it another series of pictures begins.
+    """
+    if time > end + 1e-9:
+        start = end
     first = start + PAGE * math.floor((time - start) / PAGE + 1e-9)
+    if time <= end + 1e-9:
+        first = min(first, max(end - PAGE, start))
     return first, first + PAGE
 
 

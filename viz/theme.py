@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
 from plotly.colors import sample_colorscale, unlabel_rgb
 
 MAPS: Final = {"viridis": "Viridis", "cividis": "Cividis"}
@@ -24,7 +25,7 @@ SERVO_SLACK: Final = (112, 74, 48)
 SERVO_TAUT: Final = (255, 160, 64)
 SERVO_CABLE: Final = (196, 124, 60)
 """An internal cable whose tension is not shown."""
-CONTACT: Final = (255, 214, 92)
+CONTACT: Final = (176, 232, 84)
 NUMBER: Final = (226, 232, 240)
 TARGET: Final = (46, 204, 224)
 TRAIL: Final = (255, 93, 143)
@@ -38,3 +39,20 @@ def color_at(part: float, name: str = "viridis") -> str:
 
 WALL = (150, 178, 214)
 WALL_EDGE = (190, 210, 236)
+LANES: Final = ((255, 93, 143), (255, 180, 84), (122, 162, 247), (158, 206, 106))
+"""Of robots side by side, in their order."""
+LANE_LINE: Final = (110, 118, 132)
+
+
+def linear(colors: np.ndarray) -> np.ndarray:
+    """Return sRGB colours as the linear ones that batches of meshes and lines take, both (..., 3) uint8."""
+    return _LINEAR[colors]
+
+
+def _linear_table() -> np.ndarray:
+    part = np.arange(256) / 255.0
+    curve = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+    return np.round(255.0 * curve).astype(np.uint8)
+
+
+_LINEAR: Final = _linear_table()

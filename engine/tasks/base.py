@@ -16,6 +16,7 @@ import numpy as np
 
 from engine.errors import InvalidData, TaskError
 from engine.tasks.view import View
+from engine.tasks.watchdog import TIMEOUT_VARIABLE, TooLong, time_limit, timeout
 from engine.walls import BURIED, MAX_WALLS, Wall
 
 SETTLE_TIME: Final = 3.0
@@ -191,7 +192,10 @@ def _call(task: Task, what: str, *arguments: object) -> object:
     if not task.file:
         return getattr(task, what)(*arguments)
     try:
-        return getattr(task, what)(*arguments)
+        with time_limit(f"{_where(task)}: {what}"):
+            return getattr(task, what)(*arguments)
+    except TooLong as e:
+        raise TaskError(f"{_where(task)}: {what} {describe(e, task.file)}") from None
     except Exception as e:
         raise TaskError(f"{_where(task)}: {what} fails: {describe(e, task.file)}") from None
 
@@ -207,6 +211,12 @@ def describe(error: BaseException, file: str) -> str:
         if trace.tb_frame.f_code.co_filename == file:
             line = trace.tb_lineno
         trace = trace.tb_next
+    if isinstance(error, TooLong):
+        return (
+            f"has not returned after {timeout():g} s"
+            + (f" (line {line})" if line else "")
+            + f"; if it needs longer, say how many seconds in {TIMEOUT_VARIABLE}"
+        )
     text = " ".join(str(error).split())[:300].replace("Task.__init__() ", "Task is ")
     kind = "" if isinstance(error, InvalidData) else f"{type(error).__name__}: "
     return f"{kind}{text}" + (f" (line {line})" if line else "")

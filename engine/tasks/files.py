@@ -22,6 +22,7 @@ from engine.tasks.base import Task, describe, scores, sensed, target_offsets, wo
 from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.squeezing import SQUEEZING
 from engine.tasks.view import Frame, View
+from engine.tasks.watchdog import TooLong, time_limit
 from engine.tensegrity import MAX_MODULES, MIN_MODULES
 from engine.walls import Obstacles
 
@@ -103,11 +104,12 @@ def _run(source: bytes, file: str) -> object:
     # dataclasses look their module up
     sys.modules[module.__name__] = module
     try:
-        exec(compile(source, file, "exec"), module.__dict__)
+        with time_limit(file):
+            exec(compile(source, file, "exec"), module.__dict__)
     except SyntaxError as e:
         where = f", line {e.lineno}" if e.lineno else ""
         raise TaskError(f"{file}{where}: {e.msg}") from None
-    except (Exception, SystemExit) as e:
+    except (Exception, SystemExit, TooLong) as e:
         raise TaskError(f"{file}: {describe(e, file)}") from None
     return getattr(module, "TASK", None)
 

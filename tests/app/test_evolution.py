@@ -18,6 +18,7 @@ from app.evolution import NewRun, choices, flags, last_words, log_path, pause, r
 from app.library import run_state
 from engine.config import PRESETS, AlgorithmName, RunConfig, preset
 from engine.errors import InvalidData, RunFileError
+from engine.lock import holder_of
 from engine.reader import RunReader
 from engine.store import is_being_written
 from engine.tasks import BUILT_IN
@@ -136,14 +137,14 @@ def test_a_run_pauses_goes_on_and_is_found_after_it_was_killed(workplace: Path) 
         resume(path, workers=1)
         assert run_state(path, live=False, complete=False) == "stopped"
         _wait(lambda: _n_evaluations(path) > n)
-        os.kill(evolution.writer(path), signal.SIGKILL)
+        os.kill(_writer(path), signal.SIGKILL)
         _wait(lambda: not is_being_written(path))
         words = last_words(path)
         assert words is not None
         assert any("evaluations" in line or "Stopped" in line for line in words)
     finally:
         if is_being_written(path):
-            os.kill(evolution.writer(path), signal.SIGKILL)
+            os.kill(_writer(path), signal.SIGKILL)
 
 
 def test_a_run_that_cannot_start_says_why_and_leaves_nothing(workplace: Path) -> None:
@@ -153,6 +154,12 @@ def test_a_run_that_cannot_start_says_why_and_leaves_nothing(workplace: Path) ->
         start(dataclasses.replace(NEW, config=config))
     assert not log_path(workplace / "runs" / "new.tsmr").exists()
     assert not (workplace / "runs" / "new.tsmr").exists()
+
+
+def _writer(path: Path) -> int:
+    holder = holder_of(path)
+    assert holder is not None
+    return holder.pid
 
 
 def _n_evaluations(path: Path) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tyro
 
-from benchmarks import free_energy, simulation
+from benchmarks import explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.controller import Neat
 from engine.morphology import Morphology
@@ -49,3 +49,21 @@ def test_free_energy(small_run: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert status == 1  # a robot is still falling after 0.4 s
     assert out.count("falls short") >= 2
     assert "largest residual speed" in out
+
+
+def test_explorer(capsys: pytest.CaptureFixture[str]) -> None:
+    status = explorer.main(explorer.Arguments(quick=True))
+    out = " ".join(capsys.readouterr().out.split())
+    for figure in (
+        "clicked for the first time",
+        "clicked again",
+        "frames a second",
+        "share of one core",
+        "bytes per frame",
+        "memory after",
+        "opening a run of 600 evaluations",
+        "maps of a live run",
+        "end of a generation",
+    ):
+        assert figure.split()[-1] in out
+    assert status == int("a figure falls short" in out)

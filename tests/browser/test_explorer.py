@@ -20,7 +20,6 @@ from processes import environment, free_port
 from widgets import field_of
 
 from engine.reader import RunReader
-from engine.store import is_being_written
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]
@@ -186,33 +185,6 @@ def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Vi
             if process is not None and process.poll() is None:
                 process.send_signal(signal.SIGKILL)
                 process.wait()
-
-
-def test_a_run_can_be_started_watched_and_stopped_from_the_page(
-    address: str, workplace: Path, visit: Visit
-) -> None:
-    page = visit(address)
-    tile(page, "morphology", True).wait_for()
-    dismiss_notices(page)
-    page.get_by_text("New run", exact=True).click()
-    field_of(page, "Name").fill("from-the-page")
-    # by keyboard: the folder is still unfolding, and a button that moves away is missed by the mouse
-    page.get_by_role("button", name="Start").press("Enter")
-    run = workplace / "runs" / "from-the-page.tsmr"
-    try:
-        expect(page.locator(".ta-status")).to_contain_text("live")
-        expect(page.locator(".ta-status")).to_contain_text("of 600 evaluations")
-        page.get_by_role("button", name="Stop").click()
-        expect(page.locator(".ta-status")).to_contain_text("stopped")
-        assert not is_being_written(run)
-        # the same name again is refused, and nothing is lost
-        page.get_by_role("button", name="Start").click()
-        expect(page.get_by_text("exists already")).to_be_visible()
-    finally:
-        if is_being_written(run):
-            from app import evolution
-
-            evolution.stop(run)
 
 
 def _wait(condition: Callable[[], bool], seconds: float = 60.0) -> None:

@@ -27,8 +27,10 @@ def test_files_and_basket(
     address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path
 ) -> None:
     page = visit(address)
+    page.set_default_timeout(180_000)
     filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
     card, line, listed = page.locator(".ta-card"), page.locator(".ta-replay"), page.locator(".ta-basket")
+    filled.first.wait_for()
     page.get_by_text("Take along", exact=True).click()
     expect(page.get_by_role("button", name="Add to basket")).to_be_disabled()
     expect(page.get_by_role("button", name="Picture")).to_be_hidden()

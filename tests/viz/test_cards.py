@@ -11,7 +11,8 @@ from engine.controller import Neat
 from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.tasks import bearing_name
-from viz import network_diagram, robot_card
+from viz import robot_card
+from viz.network_diagram import NetworkDiagram
 
 
 def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
@@ -53,11 +54,14 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     controller = neat.random(rng)
     for _ in range(25):
         controller = neat.mutate(controller, rng)
-    svg = ElementTree.fromstring(network_diagram.render(controller, n_modules, ("far <", "bearing")))
+    svg = ElementTree.fromstring(
+        NetworkDiagram(controller, n_modules, ("far <", "bearing"), head_is_end=True).render()
+    )
     outputs = set(range(2 * n_modules))
     assert {"far <", "bearing"} <= {t.text for t in svg.iter("text")}
     texts = [t.text for t in svg.iter("text")]
-    assert sum("freq." in (t or "") for t in texts) == n_modules
+    assert sum(t == "0.5 Hz" for t in texts) == n_modules
+    assert {str(k + 1) for k in range(n_modules)} <= set(texts)
     direct = [c for c in controller.connections if c.enabled and c.target in outputs]
     assert len(list(svg.iter("line"))) >= len(direct)
 

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.algorithms.base import Axis
-from viz.heatmap import Heatmap, Ring, Tile, render
+from viz.heatmap import LEFT, Heatmap, Ring, Tile, render
 from viz.scale import NO_VALUE, Scale
 
 AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
@@ -64,15 +64,15 @@ def test_a_filled_cell_without_a_value_is_grey_and_can_still_be_clicked() -> Non
 
 def test_the_chosen_robot_is_ringed_and_dashed_where_a_better_one_covers_it() -> None:
     def ring(**kind: bool) -> dict[str, str]:
-        rings = [r for r in draw(ring=Ring((3, 2), **kind)).iter("rect") if r.get("fill") == "none"]
+        rings = [r for r in draw(ring=Ring((3, 2), **kind)).iter("rect") if r.get("class") == "ta-ring"]
         assert len(rings) == 1
-        assert float(rings[0].attrib["x"]) == 46 + 3 * 30 - 0.5
+        assert float(rings[0].attrib["x"]) == LEFT + 3 * 30 - 0.75
         return rings[0].attrib
 
     assert ring()["stroke"] != ring(linked=True)["stroke"]
     assert "stroke-dasharray" in ring(covered=True)
     assert "stroke-dasharray" not in ring()
-    assert not [r for r in draw().iter("rect") if r.get("fill") == "none"]
+    assert not [r for r in draw().iter("rect") if r.get("class") == "ta-ring"]
 
 
 def test_hints_and_names_cannot_inject_markup() -> None:
@@ -89,6 +89,19 @@ def test_hints_and_names_cannot_inject_markup() -> None:
 def test_axes_are_labelled_in_their_units() -> None:
     texts = {t.text for t in draw().iter("text")}
     assert {"0.1", "0.5", "1.0", "2", "10", "modules", "relative stiffness"} <= texts
+    assert {"N/m", "12", "58", "115"} <= texts  # a tenth to all of 115.2 N/m
+    pca = (Axis("PCA 1", -76.6, 67.9, 9), Axis("PCA 2", -4.5, 4.5, 10))
+    texts = {t.text for t in draw(axes=pca).iter("text")}
+    assert {"-77", "68", "-4.5", "4.5", "PCA 1", "PCA 2"} <= texts  # the bounds of the archive
+    assert "N/m" not in texts
+
+
+def test_the_keyboard_begins_at_the_chosen_robot_or_at_the_best() -> None:
+    assert draw().get("data-start") == "8,9"
+    assert draw(ring=Ring((0, 0))).get("data-start") == "0,0"
+    assert draw(ring=Ring((3, 2))).get("data-start") == "8,9"  # nobody is there
+    assert draw(tiles={}, values={}).get("data-start") is None
+    assert draw().get("tabindex") == "0"
 
 
 @pytest.mark.parametrize(("below", "label"), [(True, "≤-2"), (False, "-2")])

@@ -92,8 +92,8 @@ def test_hand_worked_pictures_of_a_grid() -> None:
 def test_coverage_is_over_the_cells_that_can_be_filled() -> None:
     half = Content(PER_MODULE, {(0, 1, 2): elite(1, 1.0)}, coverage=0.5)
     ways = layouts({"morphology": PER_MODULE})
-    assert pictures({"morphology": half}, ways[NESTED], FITNESS)[0].figures.startswith("1 cells, 50%")
-    assert pictures({"morphology": half}, ways[PROJECTED], FITNESS)[0].figures.startswith("1 cells, 1%")
+    assert pictures({"morphology": half}, ways[NESTED], FITNESS)[0].figures.startswith("1 cell, 50%")
+    assert pictures({"morphology": half}, ways[PROJECTED], FITNESS)[0].figures.startswith("1 cell, 1%")
 
 
 def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> None:
@@ -101,7 +101,7 @@ def test_a_section_lies_within_the_body_of_the_chosen_robot_or_of_the_best() -> 
     _, inner = pictures({"grid": GRID}, views, FITNESS)
     assert inner.outer == (1, 3)
     assert {c: e.number for c, e in inner.elites.items()} == {(0, 0): 1, (4, 4): 2}
-    assert inner.title == "Within 3 modules, relative stiffness 0.4"
+    assert inner.title == "Within 3 modules, relative stiffness 0.4 (46 N/m)"
     _, inner = pictures({"grid": GRID}, views, FITNESS, chosen=4)
     assert (inner.outer, list(inner.elites)) == ((8, 9), [(0, 0)])
     assert outer_cell(Content(GRID.axes, {}), 4) is None
@@ -126,7 +126,7 @@ def test_the_chosen_robot_is_marked_wherever_it_lies() -> None:
     assert drawn["grid-01"].ring(None, linked=False) is None
 
 
-def test_newly_won_cells_are_fresh_but_not_after_new_axes_or_within_another_body() -> None:
+def test_newly_won_cells_are_fresh_and_after_new_axes_newly_come_robots_but_not_within_another_body() -> None:
     views = layouts({"grid": GRID.axes})[BY_BODY]
     before = pictures({"grid": GRID}, views, FITNESS)
     won = Content(GRID.axes, {**GRID.elites, (1, 3, 4, 4): elite(9, 6.0, 7), (2, 2, 2, 2): elite(8, 1.0)})
@@ -135,7 +135,7 @@ def test_newly_won_cells_are_fresh_but_not_after_new_axes_or_within_another_body
     elsewhere = pictures({"grid": won}, views, FITNESS, chosen=4, before=before)
     assert [p.fresh for p in elsewhere] == [{(1, 3), (2, 2)}, frozenset()]
     moved = Content((*BODY, Axis("PCA 1", 0.0, 9.0, 9), PCA[1]), won.elites)
-    assert [p.fresh for p in pictures({"grid": moved}, views, FITNESS, before=before)][1] == frozenset()
+    assert [p.fresh for p in pictures({"grid": moved}, views, FITNESS, before=before)][1] == {(4, 4)}
     assert all(not p.fresh for p in before)
 
 
@@ -169,13 +169,26 @@ def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None
 @given(st.integers(2, 10), st.integers(1, 10))
 def test_a_body_lies_in_the_cell_that_is_labelled_with_it(n_modules: int, level: int) -> None:
     cell = body_cell(BODY, Morphology(level, (1,) * n_modules))
-    assert axes.labels(BODY[0])[cell[0]] == str(n_modules)
-    assert axes.labels(BODY[1])[cell[1]] == f"{level / 10:.1f}"
+    assert (cell[0] + 0.5, str(n_modules)) in axes.ticks(BODY[0])
+    assert (cell[1] + 0.5, f"{level / 10:.1f}") in axes.ticks(BODY[1])
+    stiffness = axes.newtons_per_metre(BODY[1])
+    assert stiffness is not None
+    assert stiffness[cell[1]] == (cell[1] + 0.5, f"{11.52 * level:.0f}")
+
+
+@given(st.floats(-500, 500), st.floats(0.1, 1000), st.integers(1, 200))
+def test_an_axis_of_the_trajectory_says_its_bounds_in_a_few_labels(low: float, span: float, n: int) -> None:
+    ticks = axes.ticks(Axis("PCA 1", low, low + span, n))
+    assert (ticks[0][0], ticks[-1][0]) == (0, n)
+    assert 2 <= len(ticks) <= axes.MAX_BOUNDS
+    for text, bound in ((ticks[0][1], low), (ticks[-1][1], low + span)):
+        assert float(text) == pytest.approx(bound, abs=0.5 if span >= 30 else 0.0501)
+        assert text not in ("-0", "-0.0")
 
 
 def test_cells_are_named_by_what_they_stand_for() -> None:
-    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0"
-    assert axes.describe(PCA, (4, 0)) == "PCA 1 0.0, PCA 2 -4.5"
+    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0 (115 N/m)"
+    assert axes.describe(PCA, (4, 0)) == "PCA 1 -0.5 to 0.5, PCA 2 -5.0 to -4.0"
     assert axes.is_body(PER_MODULE)
     assert not axes.is_body(GRID.axes)
     with pytest.raises(InvalidData, match="outside"):

@@ -43,18 +43,18 @@ def test_a_hand_worked_grid_lies_in_a_grid() -> None:
     # 9 columns of maps of 9 cells, each 4 wide, 3 apart; 10 rows of maps of 10 cells, each 3 high
     g = Geometry.of((9, 10, 9, 10))
     assert (g.cell, g.step, g.columns, g.rows) == ((4, 3), (39, 33), 9, 10)
-    assert g.corner((0, 9, 0, 9)) == (46, 8)  # the upper left one
-    assert g.corner((0, 9, 1, 8)) == (50, 11)
-    assert g.corner((1, 9, 0, 9)) == (85, 8)
-    assert g.corner((0, 0, 0, 0)) == (46, 8 + 9 * 33 + 9 * 3)  # the lower left one
-    assert g.bottom == 8 + 9 * 33 + 30
+    assert g.corner((0, 9, 0, 9)) == (66, 14)  # the upper left one
+    assert g.corner((0, 9, 1, 8)) == (70, 17)
+    assert g.corner((1, 9, 0, 9)) == (105, 14)
+    assert g.corner((0, 0, 0, 0)) == (66, 14 + 9 * 33 + 9 * 3)  # the lower left one
+    assert g.bottom == 14 + 9 * 33 + 30
 
 
 def test_a_hand_worked_archive_of_three_axes_lies_in_three_columns_of_maps() -> None:
     g = Geometry.of((9, 10, 10))
     assert (g.columns, g.rows, len(g.outer_cells())) == (3, 3, 9)
     width, height = g.cell
-    assert g.outer_corner((4,)) == (46 + 10 * width + 14, 20 + 10 * height + 14 + 12)
+    assert g.outer_corner((4,)) == (66 + 10 * width + 14, 26 + 10 * height + 14 + 12)
     assert g.corner((4, 2, 9)) == (g.outer_corner((4,))[0] + 2 * width, g.outer_corner((4,))[1])
 
 
@@ -72,8 +72,8 @@ def test_only_filled_cells_are_drawn_in_paths_of_one_colour_each() -> None:
     cells: dict[Cell, float] = {(0, 9, 0, 9): 0.0, (0, 9, 1, 8): 4.0, (8, 0, 8, 0): 4.0}
     svg = ElementTree.fromstring(render(nested(GRID, cells), "go()"))
     paths = {p.attrib["fill"]: p.attrib["d"] for p in svg.iter("path") if "fill" in p.attrib}
-    assert paths["#440154"] == "M46 8h4v3h-4z"
-    assert paths["#fde725"].startswith("M50 11h4v3h-4zM")
+    assert paths["#440154"] == "M66 14h4v3h-4z"
+    assert paths["#fde725"].startswith("M70 17h4v3h-4zM")
     assert len(paths) == 2
     frames = {p.attrib["class"]: p.attrib["d"].count("M") for p in svg.iter("path") if "class" in p.attrib}
     assert frames == {"o": 2, "e": 88}
@@ -83,8 +83,8 @@ def test_the_table_has_every_cell_with_its_place_and_its_hover_card() -> None:
     cells: dict[Cell, float] = {(0, 9, 1, 8): -1.25, (3, 0, 2, 2): 3.5}
     found = table(ElementTree.fromstring(render(nested(GRID, cells), "go()")))
     assert found == {
-        (0, 9, 1, 8): ((50, 11), "f_s -1.25 cm\nrobot 0, <b>"),
-        (3, 0, 2, 2): ((46 + 3 * 39 + 8, 8 + 9 * 33 + 7 * 3), "f_s 3.50 cm\nrobot 1, <b>"),
+        (0, 9, 1, 8): ((70, 17), "f_s -1.25 cm\nrobot 0, <b>"),
+        (3, 0, 2, 2): ((66 + 3 * 39 + 8, 14 + 9 * 33 + 7 * 3), "f_s 3.50 cm\nrobot 1, <b>"),
     }
 
 
@@ -105,7 +105,7 @@ def test_no_room_is_drawn_for_a_softest_module_that_is_stiffer_than_the_stiffest
     (frames,) = [p.attrib["d"] for p in svg.iter("path")]
     width, height = Geometry.of((9, 2, 2)).cell
     step = f"v{height}h-{width}"
-    assert frames.startswith(f"M46 20h{2 * width}{step}{step}zM")
+    assert frames.startswith(f"M66 26h{2 * width}{step}{step}zM")
 
 
 def test_four_axes_say_what_lies_within_a_map() -> None:
@@ -129,14 +129,14 @@ def test_thousands_of_cells_make_a_small_picture() -> None:
 def test_fresh_cells_flash_apart_from_the_others() -> None:
     cells: dict[Cell, float] = {(0, 9, 0, 9): 4.0, (0, 9, 1, 8): 4.0}
     svg = ElementTree.fromstring(render(nested(GRID, cells, fresh=frozenset({(0, 9, 1, 8)})), "go()"))
-    assert [p.attrib["d"] for p in svg.iter("path") if p.get("class") == "f"] == ["M50 11h4v3h-4z"]
+    assert [p.attrib["d"] for p in svg.iter("path") if p.get("class") == "f"] == ["M70 17h4v3h-4z"]
 
 
 def test_the_ring_is_moved_by_a_style_of_its_own() -> None:
     grid = nested(GRID, {(0, 9, 1, 8): 1.0})
     style = ring_style(grid, Ring((0, 9, 1, 8)))
-    assert "translate(50px,11px)" in style
-    assert "translate(46px,8px)" in style  # the map that it lies in
+    assert "translate(70px,17px)" in style
+    assert "translate(66px,14px)" in style  # the map that it lies in
     assert len(style) < 400
     assert ring_style(grid, None) == ""
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viz.scale import STEPS, Scale, bar, color_limits, count_scale, fitness_scale
+from viz.scale import STEPS, Palette, Scale, bar, color_limits, count_scale, fitness_scale
 
 
 @given(st.lists(st.floats(-100, 100), min_size=1))
@@ -59,3 +59,14 @@ def test_a_title_is_escaped_and_has_its_subscript() -> None:
     text = ElementTree.fromstring(f"<text>{Scale('robust f_s < cm', 0.0, 1.0).title_markup()}</text>")
     assert "".join(text.itertext()) == "robust fs < cm"
     assert [t.text for t in text.iter("tspan")] == ["s", " < cm"]
+
+
+def test_a_palette_changes_colours_and_the_ends_of_lengths_alone() -> None:
+    palette = Palette("cividis", (-5.0, 3.0))
+    scale = palette.apply(fitness_scale([0.0, 6.0]), [-6.0, 6.0], lengths=True)
+    assert (scale.low, scale.high, scale.colormap) == (-5.0, 3.0, "cividis")
+    assert (scale.below, scale.above) == (True, True)
+    assert scale.color(9.0) == scale.color(3.0) != Scale("f_s cm", -5.0, 3.0).color(3.0)
+    counts = palette.apply(count_scale([4.0], "visits"), [4.0], lengths=False)
+    assert (counts.low, counts.high, counts.whole) == (0.0, 4.0, True)
+    assert (counts.below, counts.above) == (False, False)

@@ -1,18 +1,23 @@
 from __future__ import annotations
 
+import json
 from xml.etree import ElementTree
 
 from engine.reader import ArchiveFigures, Generation
 from viz import trend
 
 
-def generation(number: int, best: float | None) -> Generation:
-    figures = ArchiveFigures(best=best, mean=best, qd_score=0.1 * number, coverage=0.1, axes=())
+def figures(best: float | None, qd_score: float) -> ArchiveFigures:
+    mean = None if best is None else best / 2
+    return ArchiveFigures(best=best, mean=mean, qd_score=qd_score, coverage=0.25, axes=())
+
+
+def generation(number: int, best: float | None, *others: str) -> Generation:
     return Generation(
         number=number,
         n_evaluations=10 * (number + 1),
         n_failed=0,
-        archives={"morphology": figures},
+        archives=dict.fromkeys(("morphology", *others), figures(best, 0.1 * number)),
         seconds=1.0,
     )
 
@@ -24,19 +29,52 @@ def lines(svg: str) -> list[list[tuple[float, float]]]:
     ]
 
 
-def test_both_lines_run_over_all_generations_and_rise_upwards() -> None:
-    best, qd = lines(trend.render([generation(k, 0.01 * k) for k in range(5)], "morphology", 4))
-    assert len(best) == len(qd) == 5
-    assert [x for x, _ in best] == sorted({x for x, _ in best})
-    assert [y for _, y in best] == sorted({y for _, y in best}, reverse=True)
+def text(svg: str) -> str:
+    return "".join(ElementTree.fromstring(svg).itertext())
+
+
+def test_four_lines_run_over_all_generations_and_rise_upwards() -> None:
+    drawn = lines(trend.render([generation(k, 0.01 * k) for k in range(5)], 4))
+    assert [len(line) for line in drawn] == [5, 5, 5, 5]
+    for line in drawn:
+        assert [x for x, _ in line] == sorted({x for x, _ in line})
+    for line in drawn[:3]:
+        assert [y for _, y in line] == sorted({y for _, y in line}, reverse=True)
+    assert len({y for _, y in drawn[3]}) == 1  # coverage stays
+
+
+def test_titles_give_the_values_of_the_shown_generation() -> None:
+    svg = trend.render([generation(k, 0.01 * k) for k in range(5)], 3)
+    for part in ("best fs  3.00 cm", "mean fs  1.50 cm", "QD score 30 cm", "coverage 25 %"):
+        assert part in text(svg)
+
+
+def test_every_archive_has_its_line_and_the_legend_says_whose_it_is() -> None:
+    svg = trend.render([generation(k, 0.01 * k, "controller", "<i>") for k in range(3)])
+    assert len(lines(svg)) == 8
+    assert "controller" not in text(svg)  # the first two by name, the map of bodies before all
+    svg = trend.render([generation(k, 0.01 * k, "controller") for k in range(3)])
+    assert "● morphology  ● controller" in text(svg)
+
+
+def test_the_pointer_reads_the_values_of_each_drawn_generation() -> None:
+    root = ElementTree.fromstring(trend.render([generation(k, 0.01 * k) for k in range(900)]))
+    rows = json.loads(root.attrib["data-points"])
+    assert len(rows) == trend.MAX_POINTS
+    assert rows[0][0] == 0
+    assert rows[-1][0] == trend.PLOT_WIDTH
+    assert rows[-1][1].startswith("generation 899, 9000 evaluations\nbest f_s 899.00 cm\n")
+    assert len(root.attrib["data-plots"].split(";")) == 4
 
 
 def test_nothing_yet_is_said() -> None:
-    svg = trend.render([generation(0, None)], "morphology")
+    svg = trend.render([generation(0, None)])
     assert not lines(svg)
-    assert "begins" in "".join(ElementTree.fromstring(svg).itertext())
+    assert "begin" in text(svg)
 
 
 def test_one_generation_and_constant_values_can_be_drawn() -> None:
-    assert len(lines(trend.render([generation(0, 0.02)], "morphology", 0))) == 2
-    assert len(lines(trend.render([generation(k, 0.0) for k in range(3)], "morphology"))) == 2
+    svg = trend.render([generation(0, 0.02)], 0)
+    assert [len(line) for line in lines(svg)] == [1] * 4
+    assert len(list(ElementTree.fromstring(svg).iter("circle"))) == 4
+    assert len(lines(trend.render([generation(k, 0.0) for k in range(3)]))) == 4

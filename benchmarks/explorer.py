@@ -1,0 +1,286 @@
+"""How quick the explorer is: ``python -m benchmarks.explorer``.
+
+Starts the app as a process of its own and plays the browsers: clients that speak viser's protocol and
+draw nothing, so that all figures are the server's alone. Prints, for robots of 10 modules:
+
+- the time from a click to the first frame, of robots seen for the first time and of those seen before;
+- what replays for ten browsers at once cost, in frames and bytes and in the share of one core;
+- how the server's memory grows over many selections;
+- how long a run of 45,000 evaluations takes to open, and what keeping its maps up to date costs.
+
+The runs are made up by ``benchmarks.synthetic_run``. Exits with 1 if a figure falls short.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import tyro
+from rich.console import Console
+
+from benchmarks.rows import Row, show
+from benchmarks.server_process import ServerProcess, explorer
+from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_with, moves_robot
+from benchmarks.synthetic_run import SyntheticRun, write_run
+from benchmarks.timing import machine
+from engine.config import preset
+from engine.reader import RunReader
+from engine.records import cell_name
+from engine.tensegrity import MAX_MODULES
+
+UNCACHED: Final = 0.6
+CACHED: Final = 0.15
+"""Seconds from a click to the first frame that 95 of 100 clicks must not exceed."""
+FRAME_RATE: Final = 30.0
+CORE_SHARE: Final = 0.6
+"""Of one core, for all the replays together."""
+FRAME_BYTES: Final = 16_000
+GROWTH: Final = 20.0
+"""MB that the server's memory may grow by over the selections, once it is warm."""
+OPENING: Final = 1.0
+"""Seconds to open the long run."""
+UPDATE: Final = 0.1
+"""CPU seconds of the server to bring a browser's maps up to date."""
+NEWS: Final = 1.0
+"""Seconds from a generation's end to its maps."""
+SIMULATED: Final = "evaluated"
+"""What the line of the transport says as soon as a trial has been simulated to its end."""
+WARM: Final = 100
+"""Selections before memory is first looked at."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Measure the explorer."""
+
+    clicks: int = 40
+    """Robots to click, once for the first time and once again."""
+    clients: int = 10
+    """Browsers that replay at once."""
+    seconds: float = 10.0
+    """Of replays to measure."""
+    selections: int = 500
+    """To watch the memory over."""
+    evaluations: int = 45_000
+    """Of the run to open."""
+    updates: int = 10
+    """Generations to add to a run that is watched."""
+    quick: bool = False
+    """Few of everything: shows that the benchmark works, not what the explorer can do."""
+
+
+def main(arguments: Arguments) -> int:
+    """Run and return the exit status."""
+    a = arguments
+    if a.quick:
+        a = dataclasses.replace(
+            a, clicks=2, clients=2, seconds=1.0, selections=4, evaluations=600, updates=1, quick=True
+        )
+    console = Console()
+    console.print(machine())
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory(prefix="tensatlas-benchmark-") as name:
+        folder = Path(name)
+        ten = folder / "ten.tsmr"
+        write_run(ten, evaluations=2 * a.selections + 200, initial=200, modules=MAX_MODULES)
+        robots = places(ten)
+        with explorer([ten], folder) as server:
+            rows += first_frames(server, robots, a.clicks)
+            rows += replays(server, robots, a.clients, a.seconds)
+            rows += memory(server, robots, a.selections)
+        long = folder / "long.tsmr"
+        write_run(long, evaluations=a.evaluations)
+        with explorer([ten, long], folder) as server:
+            rows += opening(server, a.evaluations)
+        rows += updating(folder, a.evaluations, a.updates)
+    show("The explorer, seen from its browsers", rows, console)
+    passed = all(row.passed is not False for row in rows)
+    console.print("every figure is met" if passed else "a figure falls short")
+    return int(not passed)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Place:
+    """Where a robot can be clicked: a generation of the slider and a cell as a click names it."""
+
+    generation: int
+    cell: str
+
+
+def places(path: Path) -> list[Place]:
+    """Return where robots can be clicked that were elites of a run's controller map, the newest first.
+
+    Without those of the last generation, which is the one that is shown at first.
+    """
+    with RunReader(path) as reader:
+        changes, last = reader.placement_changes("controller"), reader.last_generation()
+    found = {n: Place(g, f"controller:{cell_name(cell)}") for g, cell, n in changes if n and g != last}
+    return sorted(found.values(), key=lambda p: -p.generation)
+
+
+def first_frames(server: ServerProcess, robots: Sequence[Place], n: int) -> list[Row]:
+    """Click robots for the first time, then again."""
+    rows = []
+    with SyntheticBrowser(server.address) as browser:
+        opened(browser)
+        select(browser, robots[n])  # what the first click of all loads is not the robot's
+        for what, goal in (("for the first time", UNCACHED), ("again", CACHED)):
+            cpu = server.cpu()
+            waits = [select(browser, robot) for robot in robots[:n]]
+            cpu = (server.cpu() - cpu) / n
+            slow = float(np.percentile(waits, 95))
+            rows.append(
+                Row(
+                    f"click to first frame, robots clicked {what}, 95th percentile of {n}",
+                    f"{1000 * slow:.0f} ms (median {1000 * np.median(waits):.0f};"
+                    f" server {1000 * cpu:.0f} ms of CPU)",
+                    f"under {1000 * goal:.0f} ms",
+                    slow < goal,
+                )
+            )
+    return rows
+
+
+def replays(server: ServerProcess, robots: Sequence[Place], n: int, seconds: float) -> list[Row]:
+    """Replay for several browsers at once what has been simulated."""
+    with contextlib.ExitStack() as stack:
+        browsers = [stack.enter_context(SyntheticBrowser(server.address)) for _ in range(n)]
+        for browser in browsers:
+            opened(browser)
+            browser.set("Loop", True)
+            select(browser, robots[0])
+        for browser in browsers:  # until nothing is left to simulate: then playing is all that costs
+            browser.wait(html_with(SIMULATED), 0)
+        frames, n_bytes = [b.n_frames for b in browsers], sum(b.n_bytes for b in browsers)
+        cpu, started = server.cpu(), time.perf_counter()
+        time.sleep(seconds)
+        took, cpu = time.perf_counter() - started, server.cpu() - cpu
+        shown = [b.n_frames - f for b, f in zip(browsers, frames, strict=True)]
+        n_bytes = sum(b.n_bytes for b in browsers) - n_bytes
+    slowest, share, each = min(shown) / took, cpu / took, n_bytes / max(sum(shown), 1)
+    return [
+        Row(
+            f"frames a second for {n} browsers, the slowest one's",
+            f"{slowest:.1f}",
+            f"at least {FRAME_RATE - 1:.0f}",
+            slowest >= FRAME_RATE - 1,
+        ),
+        Row("share of one core for them", f"{share:.0%}", f"at most {CORE_SHARE:.0%}", share <= CORE_SHARE),
+        Row("bytes per frame", f"{each:,.0f}", f"at most {FRAME_BYTES:,}", each <= FRAME_BYTES),
+    ]
+
+
+def memory(server: ServerProcess, robots: Sequence[Place], n: int) -> list[Row]:
+    """Select robots one after the other and watch what the server holds."""
+    warm = min(WARM, n // 2)
+    with SyntheticBrowser(server.address) as browser:
+        opened(browser)
+        for k, robot in enumerate(robots[:n]):
+            if k == warm:
+                before = server.memory()
+            select(browser, robot)
+        after = server.memory()
+    return [
+        Row(
+            f"memory after {len(robots[:n])} robots selected, one after the other",
+            f"{after:.0f} MB, {after - before:+.1f} MB since {warm}",
+            f"no more than {GROWTH:+.0f} MB",
+            after - before <= GROWTH,
+        )
+    ]
+
+
+def opening(server: ServerProcess, evaluations: int) -> list[Row]:
+    """Open the long run from another one."""
+    with SyntheticBrowser(server.address) as browser:
+        opened(browser)
+        waits, costs = [], []
+        for number in (1, 0, 1):
+            mark = browser.mark()
+            browser.click("runs:0", "run clicks")
+            browser.wait(html_with("run:1"), mark)
+            mark, cpu, started = browser.mark(), server.cpu(), time.perf_counter()
+            browser.click(f"run:{number}", "run clicks")
+            # the trend is drawn last
+            waits.append(browser.wait(html_with("ta-trend"), mark) - started)
+            costs.append(server.cpu() - cpu)
+    first, again = waits[0], waits[2]
+    return [
+        Row(
+            f"opening a run of {evaluations:,} evaluations",
+            f"{1000 * first:.0f} ms, again {1000 * again:.0f} ms (server {1000 * costs[0]:.0f} ms of CPU)",
+            f"under {1000 * OPENING:.0f} ms",
+            first < OPENING,
+        )
+    ]
+
+
+def updating(folder: Path, evaluations: int, n: int) -> list[Row]:
+    """Add generations to a run that a browser watches."""
+    path = folder / "live.tsmr"
+    config = dataclasses.replace(
+        preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2)
+    )
+    with SyntheticRun(path, config) as run:
+        run.add_generation()
+        with explorer([path], folder) as server, SyntheticBrowser(server.address) as browser:
+            opened(browser)
+            costs, waits, sizes = [], [], []
+            for _ in range(n):
+                time.sleep(1.0)
+                quiet = server.cpu()
+                time.sleep(1.0)
+                quiet = server.cpu() - quiet
+                mark, size, cpu = browser.mark(), browser.n_bytes, server.cpu()
+                run.add_generation()
+                started = time.perf_counter()
+                waits.append(browser.wait(html_with("ta-trend"), mark) - started)
+                time.sleep(max(0.0, started + 1.0 - time.perf_counter()))
+                costs.append(server.cpu() - cpu - quiet)
+                sizes.append(browser.n_bytes - size)
+    return [
+        Row(
+            "CPU time to bring the maps of a live run up to date",
+            f"{1000 * float(np.mean(costs)):.0f} ms, {np.mean(sizes):,.0f} bytes"
+            f" (watching costs {100 * quiet:.0f} % of a core)",
+            f"under {1000 * UPDATE:.0f} ms",
+            float(np.mean(costs)) < UPDATE,
+        ),
+        Row(
+            "from the end of a generation to its maps, the longest",
+            f"{1000 * max(waits):.0f} ms",
+            f"under {1000 * NEWS:.0f} ms",
+            max(waits) < NEWS,
+        ),
+    ]
+
+
+def opened(browser: SyntheticBrowser) -> None:
+    """Wait until a browser shows its first run."""
+    browser.wait(html_with('data-c="controller:'), 0)
+
+
+def select(browser: SyntheticBrowser, robot: Place) -> float:
+    """Click a robot and return the seconds until it is there."""
+    if browser.generation != robot.generation:
+        mark = browser.mark()
+        browser.set("Generation", robot.generation)
+        browser.wait(html_with("ta-trend"), mark)
+        browser.generation = robot.generation
+    mark, started = browser.mark(), time.perf_counter()
+    browser.click(robot.cell)
+    arrived = browser.wait(brings_robot, mark)
+    browser.wait(moves_robot, mark)
+    return arrived - started
+
+
+if __name__ == "__main__":
+    sys.exit(main(tyro.cli(Arguments)))

@@ -1,0 +1,65 @@
+"""The explorer as a process of its own, watched from outside: what it costs and how much it holds."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+class ServerProcess:
+    """A running explorer.
+
+    Args:
+        process: that runs it.
+        address: that it printed.
+    """
+
+    def __init__(self, process: subprocess.Popen[str], address: str) -> None:
+        self.address = address
+        self._folder = Path("/proc") / str(process.pid)
+
+    def cpu(self) -> float:
+        """Return the CPU seconds that it has used, of all its threads."""
+        fields = (self._folder / "stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def memory(self) -> float:
+        """Return its resident memory, in MB."""
+        status = (self._folder / "status").read_text()
+        found = re.search(r"VmRSS:\s*(\d+) kB", status)
+        assert found is not None
+        return int(found[1]) / 1024
+
+
+@contextlib.contextmanager
+def explorer(runs: Sequence[Path], folder: Path) -> Iterator[ServerProcess]:
+    """Serve runs within a ``with`` block, from a folder whose ``runs/`` is on offer as well."""
+    command = [sys.executable, "-m", "app", "explore", *map(str, runs), "--port", "0", "--no-browser"]
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        try:
+            lines: list[str] = []
+            assert process.stdout is not None
+            for line in process.stdout:
+                lines.append(line)
+                if found := re.search(r"TensAtlas is at (http://\S+)", line):
+                    yield ServerProcess(process, found[1])
+                    break
+            else:
+                raise RuntimeError("the explorer does not start: " + "".join(lines))
+        finally:
+            process.terminate()
+            process.wait(30)

@@ -1,0 +1,247 @@
+"""What is the matter with a run file, if anything."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from engine.errors import TensAtlasError, one_line
+from engine.lock import holder_of, lock_path
+from engine.reader import RunReader, connect
+from engine.records import digest
+from engine.run import changed_versions
+from engine.salvage import salvage
+from engine.schema import FORMAT_VERSION
+
+Verdict = Literal["ok", "note", "problem"]
+_SHOWN: Final = 5
+_CHUNK: Final = 200
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of a check.
+
+    Attributes:
+        verdict: ``ok``, a ``note`` that nothing hangs on, or a ``problem``.
+        text: what was found.
+        remedy: what to do, for all but ``ok``.
+    """
+
+    verdict: Verdict
+    text: str
+    remedy: str = ""
+
+
+def check_run(path: Path) -> Iterator[Finding]:
+    """Look at a run file from its first byte to the versions that made it; it is only read."""
+    try:
+        with RunReader(path) as reader:
+            config = reader.config
+            what = f"{config.algorithm} on {config.task}, seed {config.seed}, format {reader.format_version}"
+            yield Finding("ok", f"{path} is a run file: {what}")
+            if reader.format_version < FORMAT_VERSION:
+                remedy = f"tensatlas migrate {path} --out NEW.tsmr writes a copy that has them"
+                yield Finding("note", "its format is older: evaluations have no digests", remedy)
+            yield from _contents(path, reader)
+            yield from _versions(path, reader)
+            yield from _space(path, reader)
+    except (TensAtlasError, sqlite3.Error) as e:
+        yield Finding("problem", one_line(str(e)))
+        yield from _what_is_left(path)
+    yield from _lock(path)
+    yield from _leftovers(path)
+
+
+def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
+    recover = f"tensatlas recover {path} --out NEW.tsmr saves what is whole"
+    with contextlib.closing(connect(path)) as db:
+        db.text_factory = lambda b: b.decode(errors="surrogateescape")  # what is no text is found out below
+        try:
+            problems = [str(r[0]) for r in db.execute(f"PRAGMA integrity_check({_SHOWN})")]
+        except sqlite3.Error as e:
+            problems = [str(e)]
+        if problems != ["ok"]:
+            lines = one_line("; ".join(problems))
+            yield Finding("problem", f"SQLite finds damage: {lines}", recover)
+            return
+        yield Finding("ok", "SQLite finds no damage")
+        yield from _counts(db, reader, recover)
+        yield from _evaluations(db, reader, recover)
+    last = reader.last_closed()
+    if last is not None:
+        n = sum(map(len, reader.elites(last).values()))
+        yield Finding("ok", f"the {n} elites of generation {last.number} can be read")
+
+
+def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator[Finding]:
+    generations = reader.generations()
+    budget, n = reader.config.evaluations, reader.n_evaluations()
+    closed = generations[-1].n_evaluations if generations else 0
+    failed = generations[-1].n_failed if generations else 0
+    state = "finished" if closed >= budget else "can be gone on with"
+    if reader.projection is not None:
+        state = "a projection"
+    yield Finding(
+        "ok",
+        f"{len(generations)} generations, {n} of {budget} evaluations ({n - closed} of an open generation),"
+        f" {failed} failed: {state}",
+    )
+    last = generations[-1].number if generations else -1
+    queries = {
+        "generations are missing": (
+            "SELECT value FROM (WITH RECURSIVE g(value) AS (SELECT 0 UNION ALL SELECT value + 1 FROM g"
+            " WHERE value < ?1) SELECT value FROM g WHERE ?1 >= 0) WHERE value NOT IN"
+            " (SELECT generation FROM generations)"
+        ),
+        "cells of archives hold evaluations that do not exist": (
+            "SELECT DISTINCT evaluation FROM placements WHERE evaluation IS NOT NULL AND evaluation NOT IN"
+            " (SELECT number FROM evaluations) AND ?1 IS NOT NULL"
+        ),
+        "changes of archives belong to generations that do not exist": (
+            "SELECT DISTINCT generation FROM placements WHERE generation > ?1"
+        ),
+        "states to go on from are not of the last generation": (
+            "SELECT generation FROM state WHERE generation <> ?1"
+        ),
+        "digests are of evaluations that do not exist": (
+            "SELECT number FROM digests WHERE number NOT IN (SELECT number FROM evaluations)"
+            " AND ?1 IS NOT NULL"
+            if reader.format_version > 1
+            else "SELECT 1 WHERE ?1 IS NULL"
+        ),
+    }
+    clean = True
+    for what, sql in queries.items():
+        found = [r[0] for r in db.execute(sql, (last,)).fetchall()]
+        if found:
+            clean = False
+            yield Finding("problem", f"{len(found)} {what}: {_some(found)}", recover)
+    (n_up_to_last,) = db.execute("SELECT COUNT(*) FROM evaluations WHERE generation <= ?", (last,)).fetchone()
+    if n_up_to_last != closed and reader.projection is None:
+        clean = False
+        yield Finding("problem", f"{closed} evaluations were counted, {n_up_to_last} are there", recover)
+    if last >= 0 and not db.execute("SELECT 1 FROM state").fetchone() and reader.projection is None:
+        clean = False
+        yield Finding("problem", "the state to go on from is missing", recover)
+    (later,) = db.execute("SELECT COUNT(*) FROM evaluations WHERE generation > ?", (last + 1,)).fetchone()
+    if later:
+        yield Finding("note", f"{later} evaluations wait for later generations", "resume will use them")
+    if clean:
+        yield Finding("ok", "nothing is orphaned or missing")
+
+
+def _evaluations(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator[Finding]:
+    numbers = [r[0] for r in db.execute("SELECT number FROM evaluations ORDER BY number")]
+    changed: list[int] = []
+    for i in range(0, len(numbers), _CHUNK):
+        part = numbers[i : i + _CHUNK]
+        if reader.format_version > 1:
+            marks = ",".join("?" * len(part))
+            known: dict[int, Any] = dict(
+                map(tuple, db.execute(f"SELECT number, digest FROM digests WHERE number IN ({marks})", part))
+            )
+            rows = db.execute(f"SELECT * FROM evaluations WHERE number IN ({marks})", part)
+            changed += [r["number"] for r in rows if known.get(r["number"]) != digest(tuple(r))]
+        reader.evaluations(set(part))
+    if changed:
+        text = f"{len(changed)} evaluations are not what was written: {_some(changed)}"
+        yield Finding("problem", text, recover)
+    elif numbers:
+        as_written = " and are what was written" if reader.format_version > 1 else ""
+        yield Finding("ok", f"all {len(numbers)} evaluations can be read{as_written}")
+    if reader.lacks_trajectories():
+        yield Finding("note", "robots without a trajectory", "such a run can be looked at, not gone on with")
+
+
+def _versions(path: Path, reader: RunReader) -> Iterator[Finding]:
+    changes = changed_versions(path)
+    if change := reader.task_change:
+        changes.append(change)
+    for change in changes:
+        yield Finding(
+            "note",
+            f"{'bodies are modelled differently: ' if change.startswith('physics') else ''}{change}",
+            "replays may differ, and a run that goes on is no longer one of the first versions",
+        )
+    if not changes:
+        yield Finding("ok", "made with the versions and the physics installed here")
+
+
+def _space(path: Path, reader: RunReader) -> Iterator[Finding]:
+    n, budget = reader.n_evaluations(), reader.config.evaluations
+    if n >= budget or reader.projection is not None:
+        return
+    per_evaluation = path.stat().st_size / n if n else 8192.0
+    needed = 1.5 * per_evaluation * (budget - n) + 64e6
+    free = shutil.disk_usage(path.absolute().parent).free
+    text = f"{free / 1e9:.1f} GB free, the rest of the run needs about {needed / 1e9:.2f} GB"
+    if free < needed:
+        yield Finding("problem", text, f"make room in {path.absolute().parent}")
+    else:
+        yield Finding("ok", text)
+
+
+def _what_is_left(path: Path) -> Iterator[Finding]:
+    try:
+        found = salvage(path)
+    except TensAtlasError:
+        return
+    evaluations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 12}
+    generations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 6}
+    yield Finding(
+        "note",
+        f"of its pages {found.n_pages} are there and {found.n_missing} missing, {found.n_broken} entries"
+        f" cannot be read, {len(evaluations)} evaluations and {len(generations)} generations are visible",
+        "recover saves what is whole of them",
+    )
+
+
+def _lock(path: Path) -> Iterator[Finding]:
+    holder, file = holder_of(path), lock_path(path)
+    try:
+        with RunReader(path) as reader:
+            live = reader.is_live
+    except TensAtlasError:
+        live = False
+    if live:
+        yield Finding("ok", f"being written by {holder or 'a process that does not say its name'}")
+    elif file.exists() and holder is not None and not holder.is_here:
+        yield Finding(
+            "note",
+            f"{file.name} names a process on another machine that gives no sign of life: {holder}",
+            f"if it is dead, go on with: tensatlas resume {path}",
+        )
+    elif file.exists():
+        since = " before this machine was restarted" if holder and not holder.is_of_this_boot else ""
+        yield Finding(
+            "note",
+            f"{file.name} is left from a process that ended without closing the run{since}:"
+            f" {holder or 'it does not say its name'}",
+            f"nothing is lost; go on with: tensatlas resume {path}",
+        )
+    else:
+        yield Finding("ok", "nobody is writing it")
+
+
+def _leftovers(path: Path) -> Iterator[Finding]:
+    log = path.with_name(path.name + "-wal")
+    with contextlib.suppress(OSError):
+        if (size := log.stat().st_size) and not lock_path(path).exists():
+            yield Finding(
+                "note",
+                f"{log.name} beside it holds {size / 1e6:.1f} MB that are part of the run",
+                f"keep both together when copying; tensatlas resume {path} folds it in",
+            )
+    part = path.with_name(path.name + ".part")
+    if part.exists():
+        yield Finding("note", f"{part.name} is left from an interrupted creation", "delete it")
+
+
+def _some(found: list[Any]) -> str:
+    return ", ".join(map(str, found[:_SHOWN])) + (", ..." if len(found) > _SHOWN else "")

@@ -1,0 +1,319 @@
+"""What a changed body would have done with the same controller: simulated on the spot, kept nowhere.
+
+It goes through what an evaluation goes through: settling, the search for the head, a trial towards every
+target under every noise seed of the original. So the unchanged body gives exactly the recorded scores.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from engine.config import RunConfig
+from engine.contacts import ContactFinder
+from engine.errors import InvalidData, TaskError
+from engine.evaluation import Evaluation, noise_seed
+from engine.morphology import Morphology
+from engine.replay import UPDATES_PER_FRAME, Frame
+from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
+from engine.tasks import fitness, get_task, target_offsets, worlds
+from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.timestep import check_timestep
+from engine.walls import Wall
+
+
+def with_modules(body: Morphology, n: int) -> Morphology:
+    """Return a body with modules taken from its end, or added there as copies of its last.
+
+    Raises:
+        InvalidData: there cannot be so many modules.
+    """
+    if not MIN_MODULES <= n <= MAX_MODULES:
+        raise InvalidData(f"modules must be from {MIN_MODULES} to {MAX_MODULES}, not {n}")
+    faces = (body.faces + body.faces[-1:] * n)[:n]
+    level = body.stiffness_level
+    if isinstance(level, tuple):
+        level = (level + level[-1:] * n)[:n]
+    return Morphology(level, faces)
+
+
+def with_face(body: Morphology, module: int, face: int) -> Morphology:
+    """Return a body of which one module, counted from 0, joins the next one at another face.
+
+    Raises:
+        InvalidData: there is no such module or face.
+    """
+    if not 0 <= module < body.n_modules:
+        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
+    return Morphology(body.stiffness_level, (*body.faces[:module], face, *body.faces[module + 1 :]))
+
+
+def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
+    """Return a body of another stiffness level, in all of its modules or in one, counted from 0.
+
+    Raises:
+        InvalidData: there is no such level or module, or its modules share one stiffness.
+    """
+    if not 1 <= level <= N_STIFFNESS_LEVELS:
+        raise InvalidData(f"stiffness level must be from 1 to {N_STIFFNESS_LEVELS}, not {level}")
+    levels = body.stiffness_level
+    if module is None:
+        return Morphology((level,) * len(levels) if isinstance(levels, tuple) else level, body.faces)
+    if not isinstance(levels, tuple):
+        raise InvalidData("the modules of this robot share one stiffness")
+    if not 0 <= module < body.n_modules:
+        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
+    return Morphology((*levels[:module], level, *levels[module + 1 :]), body.faces)
+
+
+class WhatIf:
+    """Simulates a variant of a robot; what is found can be read while it runs.
+
+    Call ``run`` on a thread of its own.
+
+    Args:
+        config: of the run that the evaluation belongs to.
+        evaluation: of the original.
+        morphology: of the variant.
+
+    Raises:
+        InvalidData: today's robots do not survive the run's physics.
+    """
+
+    def __init__(self, config: RunConfig, evaluation: Evaluation, morphology: Morphology) -> None:
+        check_timestep(config.physics)
+        self.config, self.original, self.morphology = config, evaluation, morphology
+        task, trials = get_task(config.task), config.trials
+        self._task = task
+        self._shape = (task.n_targets, trials.repeats)
+        self.frames: list[list[Frame]] = [[] for _ in range(task.n_targets)]
+        """Per target the frames under the first noise seed; they only ever grow."""
+        self.targets: np.ndarray | None = None
+        """(targets, 2) in the world, in m, once the robot has settled."""
+        self.walls: list[tuple[Wall, ...]] = [() for _ in range(task.n_targets)]
+        self.head: Head | None = None
+        """Which end turned out to be its head, once that is known."""
+        self.scores: np.ndarray | None = None
+        """(targets, repeats) how the task scores the variant so far, in m, once its trials have begun."""
+        self.time = -trials.settle_time
+        """How far the trials have been simulated, in s."""
+        self.finished = False
+        """Whether ``scores`` are those of the trials' end."""
+        self.failures: list[str | None] = [None] * task.n_targets
+        """Per target why a simulation failed, or None."""
+        self.failure: str | None = None
+        """Why there is no fitness, or None."""
+        self._cancelled = threading.Event()
+
+    @property
+    def fitness(self) -> float | None:
+        """The variant's fitness in m, to be minimised, once its trials are over and if none failed."""
+        if not self.finished or self.failure or self.scores is None:
+            return None
+        return fitness(self.scores)
+
+    @property
+    def frame_period(self) -> float:
+        """Seconds between two frames."""
+        return self.config.physics.control_period * UPDATES_PER_FRAME
+
+    def cancel(self) -> None:
+        """Make ``run`` return soon."""
+        self._cancelled.set()
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether nobody wants to know any more."""
+        return self._cancelled.is_set()
+
+    def run(self, progress: Callable[[], None] = lambda: None) -> None:
+        """Simulate until the trials are over, a failure or ``cancel``.
+
+        Args:
+            progress: called every second of the trials, and at the end.
+        """
+        try:
+            self._run(progress)
+        except _CancelledError:
+            return
+        except TaskError as e:
+            self.failure = str(e)
+        progress()
+
+    def _run(self, progress: Callable[[], None]) -> None:
+        config, physics, trials = self.config, self.config.physics, self.config.trials
+        robots = build_robots([self.morphology], physics)
+        settling: list[Frame] = []
+        finder = ContactFinder(robots[0].model)
+
+        def settled_frame(sim: SimulationBatch) -> None:
+            self._check()
+            if sim.n_updates % UPDATES_PER_FRAME == 0:
+                qpos = sim.qpos[0, 0]
+                time = sim.time - trials.settle_time
+                settling.append(Frame.of(time, qpos, sim.commanded[0, 0], head, contacts=finder.find(qpos)))
+
+        head = Head.of(self.morphology, True)
+        settled = settle(robots, physics=physics, duration=trials.settle_time, observer=settled_frame)
+        self._check()
+        (head,), (lost,) = find_heads(
+            settled, robots, [self.morphology], physics=physics, duration=trials.open_loop_time
+        )
+        self._check()
+        offsets = np.repeat(target_offsets(self._task), trials.repeats, axis=0)
+        n_targets, repeats = self._shape
+        loop = ClosedLoop(
+            settled,
+            robots,
+            heads=[head],
+            controllers=[self.original.solution.controller],
+            targets=offsets[None],
+            seeds=[
+                [
+                    noise_seed(config.seed, self.original.solution.number, target, repeat)
+                    for target in range(n_targets)
+                    for repeat in range(repeats)
+                ]
+            ],
+            task=self._task,
+            physics=physics,
+            walls=[w for w in worlds(self._task, self.morphology.n_modules) for _ in range(repeats)],
+        )
+        self.walls = [loop.walls[0][k * repeats] for k in range(n_targets)]
+        self.head = head
+        for frames in self.frames:
+            frames += [_with_head(frame, head) for frame in settling]
+        # whoever draws takes the targets as the sign that the world is complete
+        self.targets = loop.targets[0, ::repeats]
+        self._note(loop)
+        finders = [ContactFinder(loop.sim.model(k * repeats)) for k in range(n_targets)]
+        n = round(trials.trial_time / physics.control_period)
+        per_second = round(1.0 / physics.control_period)
+        for k in range(n):
+            self._check()
+            loop.update()
+            self.time = (k + 1) * physics.control_period
+            if loop.sim.n_updates % UPDATES_PER_FRAME == 0:
+                self._record(loop, head, finders)
+            if (k + 1) % per_second == 0 and k + 1 < n:
+                self._note(loop)
+                progress()
+            if not loop.sim.alive.any():
+                break
+        self._note(loop)
+        failures = [None if f is None else str(f) for f in loop.sim.failures]
+        self.failure = next((f for f in (None if lost is None else str(lost), *failures) if f), None)
+        self.finished = True
+
+    def _record(self, loop: ClosedLoop, head: Head, finders: list[ContactFinder]) -> None:
+        """Keep a frame of the first noise seed of every target."""
+        sim, repeats = loop.sim, self._shape[1]
+        for k, finder in enumerate(finders):
+            copy = k * repeats
+            if sim.failures[copy] is not None:
+                self.failures[k] = str(sim.failures[copy])
+                continue
+            qpos = sim.qpos[0, copy]
+            sensed = None if loop.sensed is None else loop.sensed[0, copy]
+            self.frames[k].append(
+                Frame.of(
+                    self.time, qpos, sim.commanded[0, copy], head, contacts=finder.find(qpos), sensed=sensed
+                )
+            )
+
+    def _note(self, loop: ClosedLoop) -> None:
+        self.scores = loop.scores()[0].reshape(self._shape).copy()
+
+    def _check(self) -> None:
+        if self._cancelled.is_set():
+            raise _CancelledError
+
+
+class WhatIfReplay:
+    """What a ``WhatIf`` found out about one target, to be played while it is still being simulated.
+
+    Args:
+        what_if: that simulates it.
+        target: which of the task's targets.
+
+    Raises:
+        InvalidData: there is no such target.
+    """
+
+    def __init__(self, what_if: WhatIf, target: int) -> None:
+        if not 0 <= target < len(what_if.frames):
+            raise InvalidData(f"target must be from 0 to {len(what_if.frames) - 1}, not {target}")
+        self.what_if, self.target_index = what_if, target
+
+    @property
+    def frames(self) -> list[Frame]:
+        """What has been simulated; nothing before the head is known."""
+        return self.what_if.frames[self.target_index]
+
+    @property
+    def target(self) -> np.ndarray | None:
+        """(2,) the target in the world, in m, or None."""
+        targets = self.what_if.targets
+        return None if targets is None else targets[self.target_index]
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """What stands in the world."""
+        return self.what_if.walls[self.target_index]
+
+    @property
+    def failure(self) -> str | None:
+        """Why the simulation failed, once it has."""
+        if self.what_if.failures[self.target_index] is not None:
+            return self.what_if.failures[self.target_index]
+        # one that failed before its trials
+        return self.what_if.failure if self.what_if.finished and len(self.frames) < 2 else None
+
+    @property
+    def head(self) -> Head:
+        """Which end of the robot is its head."""
+        return self.what_if.head or Head.of(self.morphology, True)
+
+    @property
+    def morphology(self) -> Morphology:
+        """The variant's body."""
+        return self.what_if.morphology
+
+    @property
+    def start_time(self) -> float:
+        """Time of the trial's clock when the robot is dropped, in s."""
+        return -self.what_if.config.trials.settle_time
+
+    @property
+    def end_time(self) -> float:
+        """Time of the trial's clock when it ends, in s."""
+        return self.what_if.config.trials.trial_time
+
+    @property
+    def frame_period(self) -> float:
+        """Seconds between two frames."""
+        return self.what_if.frame_period
+
+    def cancel(self) -> None:
+        """Do nothing: the other targets go on."""
+
+    def advance(self, until: float) -> None:
+        """Do nothing: the ``WhatIf`` simulates all targets, to their end."""
+
+
+def _with_head(frame: Frame, head: Head) -> Frame:
+    """Return a frame with the head at the end where it was found."""
+    return Frame(
+        time=frame.time,
+        pose=frame.pose,
+        lengths=frame.lengths,
+        head=frame.pose[head.module, list(head.front), :2].mean(axis=0),
+        contacts=frame.contacts,
+        sensed=frame.sensed,
+    )
+
+
+class _CancelledError(Exception):
+    pass

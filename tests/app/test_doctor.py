@@ -1,0 +1,136 @@
+import json
+import shutil
+import socket
+import sqlite3
+
+import pytest
+
+from app.cli import main
+from engine import known_simulation
+from engine.lock import lock_path
+from engine.reader import RunReader
+
+
+def run(capsys, *arguments):
+    try:
+        main([str(a) for a in arguments])
+        status = 0
+    except SystemExit as e:
+        status = e.code
+    out, err = capsys.readouterr()
+    return status, out.splitlines(), err
+
+
+def test_the_known_simulation_comes_out_as_recorded():
+    found = known_simulation.compare()
+    # after a change of the physics: python -m engine.known_simulation
+    assert found.same_body
+    assert found.good, found
+
+
+def test_a_wrong_outcome_is_noticed(tmp_path, monkeypatch):
+    known = json.loads(known_simulation.FILE.read_text())
+    known["distances"][0][0] += 1e-3
+    monkeypatch.setattr(known_simulation, "FILE", tmp_path / "known.json")
+    (tmp_path / "known.json").write_text(json.dumps(known))
+    assert not known_simulation.compare().good
+
+
+def test_an_installation_and_a_run(capsys, small_run, tmp_path):
+    path = shutil.copy(small_run, tmp_path / "run.tsmr")
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        s.listen()
+        status, lines, _ = run(capsys, "doctor", path, "--port", s.getsockname()[1])
+    assert status == 0
+    assert lines[-1] == "No problem found"
+    assert all(line.split()[0] in ("ok", "note") for line in lines[:-1])
+    text = "\n".join(lines)
+    for what in (
+        "Python 3.",
+        "packages that it needs are installed",
+        "core",
+        "known simulation",
+        f"GB free in {tmp_path}",
+        "can be written, read meanwhile and locked",
+        "cannot listen on 127.0.0.1:",
+        "is a run file: dm-me on goal-reaching, seed 7, format 2",
+        "SQLite finds no damage",
+        "3 generations, 18 of 18 evaluations",
+        "nothing is orphaned or missing",
+        "all 18 evaluations can be read and are what was written",
+        "made with the versions and the physics installed here",
+        "nobody is writing it",
+    ):
+        assert what in text, what
+    assert [p.name for p in tmp_path.iterdir()] == ["run.tsmr"]
+
+
+@pytest.mark.parametrize(
+    ("sql", "said"),
+    [
+        ("DELETE FROM generations WHERE generation = 1", "1 generations are missing: 1"),
+        ("DELETE FROM evaluations WHERE number = 17", "18 evaluations were counted, 17 are there"),
+        ("UPDATE placements SET evaluation = 99", "evaluations that do not exist: 99"),
+        ("DELETE FROM state", "the state to go on from is missing"),
+        ("UPDATE state SET generation = 1", "states to go on from are not of the last generation"),
+        ("UPDATE evaluations SET operator = 'both' WHERE number = 9", "not what was written: 9"),
+        ("UPDATE evaluations SET controller = x'ff00' WHERE number = 9", "evaluation 9"),
+        ("DROP TABLE placements", "table placements is not as expected"),
+        ("CREATE VIEW v AS SELECT 1", "it has a view"),
+    ],
+)
+def test_what_is_wrong_with_a_run_is_said(capsys, small_run, tmp_path, sql, said):
+    from engine.checkup import check_run
+
+    path = shutil.copy(small_run, tmp_path / "run.tsmr")
+    db = sqlite3.connect(path, isolation_level=None)
+    db.execute(sql)
+    db.close()
+    found = [f for f in check_run(path) if f.verdict == "problem"]
+    assert any(said in f.text for f in found), found
+    assert all(f.remedy or "recover" in f.text or "not a TensAtlas" in f.text for f in found)
+
+
+def test_a_run_that_is_damaged_locked_and_of_other_versions(capsys, small_run, tmp_path):
+    path = shutil.copy(small_run, tmp_path / "run.tsmr")
+    db = sqlite3.connect(path, isolation_level=None)
+    physics = 'replace(value, \'"physics": "\', \'"physics": "0\')'
+    db.execute(f"UPDATE meta SET value = {physics} WHERE key = 'versions'")
+    db.close()
+    lock_path(path).write_text("12345")
+    status, lines, _ = run(capsys, "doctor", path)
+    assert status == 0
+    assert any(line.startswith("note") and "bodies are modelled differently" in line for line in lines)
+    assert any(line.startswith("note") and "left from a process" in line for line in lines)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    status, lines, _ = run(capsys, "doctor", path)
+    assert status == 1
+    assert lines[-1] == "1 problem found"
+    assert any("is cut short" in line and "tensatlas recover" in line for line in lines)
+
+
+def test_recover_and_migrate(capsys, small_run, tmp_path):
+    path, out = shutil.copy(small_run, tmp_path / "run.tsmr"), tmp_path / "new.tsmr"
+    db = sqlite3.connect(path, isolation_level=None)
+    db.execute("DELETE FROM evaluations WHERE number = 16")
+    db.close()
+    status, _, err = run(capsys, "recover", path, "--out", out)
+    assert status == 0
+    assert "Saved 2 of 3 closed generations and 17 evaluations, 3 of them after" in err
+    assert "1 evaluations are missing: 16" in err
+    assert f"tensatlas resume {out}" in err
+    status, _, err = run(capsys, "recover", path, "--out", out)
+    assert status == 2
+    assert f"{out} exists" in err
+    status, _, err = run(capsys, "migrate", path, "--out", tmp_path / "copy.tsmr")
+    assert (status, "has the present format (2) already" in err) == (2, True)
+    db = sqlite3.connect(path, isolation_level=None)
+    db.execute("DROP TABLE digests")
+    db.execute("PRAGMA user_version=1")
+    db.close()
+    status, _, err = run(capsys, "migrate", path, "--out", tmp_path / "copy.tsmr")
+    assert (status, "is left in format 1" in err) == (0, True)
+    with RunReader(tmp_path / "copy.tsmr") as reader:
+        assert reader.format_version == 2

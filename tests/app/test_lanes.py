@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.lane_arena import lay_out
+from app.lanes import Start
+from app.pins_panel import lane_replay
+from app.player import Player
+from engine.evaluation import Evaluation
+from engine.reader import RunReader
+from viz.robot_differences import Entry, render, render_distances, render_pins, rows
+
+finite = st.floats(-2.0, 2.0)
+
+
+def entry(reader: RunReader, number: int, **changes: object) -> Entry:
+    evaluation = dataclasses.replace(reader.evaluation(number), **changes)
+    return Entry(path=reader.path, config=reader.config, evaluation=evaluation, entered=0)
+
+
+def wait(condition: Callable[[], object], seconds: float = 60.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.02)
+
+
+@given(finite, finite, st.floats(-math.pi, math.pi), st.floats(0.1, 1.0))
+@settings(max_examples=60, deadline=None)
+def test_seen_from_the_start_the_target_lies_ahead(x, y, yaw, distance):
+    head = np.array([x, y])
+    start = Start(head, yaw, distance)
+    target = head + distance * np.array([math.cos(yaw), math.sin(yaw)])
+    assert start.from_world(target) == pytest.approx([distance, 0.0], abs=1e-9)
+    assert start.from_world(head) == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> None:
+    replay = lane_replay([entry(small_reader, n) for n in (2, 3, 4)], 1, 0)
+    assert len(replay.frames) == 0
+    shown: list[tuple[float, int]] = []
+    player = Player(lambda r, i: shown.append((r.frames[i].time, i)), lambda: None)
+    player.speed = 4.0
+    player.load(replay)
+    wait(lambda: not player.playing)
+    player.close()
+    assert shown == sorted(shown)
+    assert shown[-1][0] == pytest.approx(2.0)
+    for k, lane in enumerate(replay.lanes):
+        assert lane.score == lane.evaluation.distances[1, 0]
+        for moment in (-0.2, 0.0, 1.0, 2.0):
+            frame = lane.frames[replay.frame_index(k, moment)]
+            assert frame.time == pytest.approx(moment, abs=lane.frame_period / 2 + 1e-6)
+        assert replay.distance(k, -0.1) is None
+        assert replay.distance(k, 2.0) == pytest.approx(lane.score, abs=0.003)
+    starts = [s for k in range(3) if (s := replay.start(k))]
+    lanes = lay_out(replay.lanes, starts)
+    for lane, robot, start in zip(lanes, replay.lanes, starts, strict=True):
+        target = lane.turn.apply([*robot.target, 0.0]) + lane.position
+        assert target == pytest.approx([start.distance, lane.offset, 0.0], abs=1e-6)
+        pose = robot.frames[replay.frame_index(0, 0.0)].pose[..., :3].reshape(-1, 3)
+        sides = (lane.turn.apply(pose) + lane.position)[:, 1]
+        assert lane.right < sides.min() < sides.max() < lane.left
+    for first, second in itertools.pairwise(lanes):
+        assert first.right >= second.left - 1e-9
+    assert lanes[0].left == pytest.approx(-lanes[-1].right)
+
+
+def test_trials_that_one_run_has_not_are_its_last(small_reader: RunReader) -> None:
+    replay = lane_replay([entry(small_reader, 2)], 99, 5)
+    assert (replay.lanes[0].target_index, replay.lanes[0].repeat) == (3, 0)
+
+
+def test_what_differs_stands_out_and_the_best_is_bold(small_reader: RunReader) -> None:
+    pins = [entry(small_reader, n) for n in (2, 3)]
+    found = {what: values for what, values, _ in rows(pins)}
+    bodies = [p.evaluation.solution.morphology for p in pins]
+    assert found["modules"] == [str(b.n_modules) for b in bodies]
+    assert found["faces"] == [" ".join(map(str, b.faces)) for b in bodies]
+    assert len([w for w in found if "°" in w]) == 4
+    table = render(pins)
+    assert table.count("font-weight:650") >= 5 - 2
+    same = render([pins[0], pins[0]])
+    assert 'class="differs"' not in same
+    assert "font-weight:650" not in same
+
+
+def test_text_from_a_file_is_escaped(small_reader: RunReader) -> None:
+    evil = dataclasses.replace(entry(small_reader, 2), path=Path("<b>x.tsmr"))
+    for markup in (render([evil, evil]), render_pins([evil], "")):
+        assert "<b>x" not in markup
+
+
+def test_a_failed_robot_has_no_figures(small_reader: RunReader) -> None:
+    none = np.full_like(small_reader.evaluation(2).distances, np.nan)
+    failed = entry(small_reader, 2, fitness=None, distances=none)
+    found = {what: values for what, values, _ in rows([failed, entry(small_reader, 3)])}
+    assert found["f_s"][0] == "–"
+    assert isinstance(failed.evaluation, Evaluation)
+    line = render_distances([("diverged", None), (None, 0.25), (None, None)])
+    assert [w in line for w in ("failed", "25.0", "settles")] == [True] * 3

@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from app.library import Library
+from app.shared_scale import SharedScale
+from engine.reader import RunReader
+from viz.maps import load_contents
+from viz.scale import color_limits
+
+
+def test_a_scale_for_all_runs_of_a_task_holds_the_values_of_all(
+    small_run: Path, grid_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for run in (small_run, grid_run):
+        shutil.copy(run, tmp_path / run.name)
+    (tmp_path / "damaged.tsmr").write_text("no run")
+    library = Library([tmp_path])
+    try:
+        values = []
+        for name in (small_run.name, grid_run.name):
+            with RunReader(tmp_path / name) as reader:
+                contents = load_contents(reader, reader.generations()[-1])
+                values += [e.f_s for content in contents.values() for e in content.elites.values()]
+        shared = SharedScale(library)
+        readers = [library.reader((tmp_path / run.name).resolve()) for run in (small_run, grid_run)]
+        assert [shared.limits(reader) for reader in readers] == [color_limits(values)] * 2
+    finally:
+        library.close()

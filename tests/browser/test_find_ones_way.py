@@ -1,0 +1,47 @@
+"""A newcomer finds their way: three lines, hints, the command palette, notices that say what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from app.explore import serve
+from app.viser_private import inputs_of
+
+Visit = Callable[[str], Page]
+
+
+def test_a_bare_start_explains_itself_and_every_control_says_what_it_does(
+    workplace: Path, visit: Visit, small_run: Path
+) -> None:
+    with serve([small_run], host="127.0.0.1", port=0) as server:
+        page = visit(f"http://127.0.0.1:{server.get_port()}/")
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        for number in ("1", "2", "3"):
+            expect(page.locator("p", has_text=f"{number} ·")).to_be_visible()
+        (client,) = server.get_clients().values()
+        controls = inputs_of(client.gui)
+        assert len(controls) > 40
+        silent = [str(c.label) for c in controls if not c.hint]
+        assert silent == []
+        # the palette has the main actions, and one that cannot be done says what to do first
+        page.keyboard.press("Control+k")
+        search = page.get_by_placeholder("Search commands...")
+        for label in ("Choose a run", "Play or pause the replay", "Pause this run", "Start the new run"):
+            expect(page.get_by_text(label, exact=True)).to_be_visible()
+        search.fill("Export")
+        page.get_by_text("Export this robot", exact=True).click()
+        expect(page.get_by_text("Click a filled cell of a map first.")).to_be_visible()
+        page.keyboard.press("Control+k")
+        search.fill("Choose a run")
+        page.keyboard.press("Enter")
+        expect(page.locator(".ta-runs [role=option]")).to_be_visible()
+
+
+def test_without_a_run_the_page_says_how_to_get_one(workplace: Path, visit: Visit) -> None:
+    with serve([workplace], host="127.0.0.1", port=0) as server:
+        page = visit(f"http://127.0.0.1:{server.get_port()}/?run=lost")
+        expect(page.get_by_text("There is no run to show yet.")).to_be_visible()
+        expect(page.get_by_text("There is no run 'lost' here; choose one from the list.")).to_be_visible()

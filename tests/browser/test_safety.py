@@ -1,0 +1,101 @@
+"""Other origins, strangers without the token, and visitors who may only look."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Callable, Iterator
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import FilePayload, Page, expect
+
+from app import upload
+from app.access import Access
+from app.explore import serve
+from app.viser_private import inputs_of
+
+Visit = Callable[[str], Page]
+TOKEN = "the-token-of-a-test"
+CONNECT = """([port, version]) => new Promise(done => {
+  const socket = new WebSocket('ws://127.0.0.1:' + port, 'viser-v' + version);
+  socket.onopen = () => done('open');
+  socket.onerror = () => done('refused');
+})"""
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Iterator[str]:
+    """A page of another origin."""
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "index.html").write_text("<title>elsewhere</title>")
+    handler = functools.partial(SimpleHTTPRequestHandler, directory=tmp_path / "site")
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+def test_only_the_apps_own_page_with_the_token_gets_in(
+    workplace: Path, visit: Visit, small_run: Path, elsewhere: str
+) -> None:
+    import viser
+
+    access = Access(token=TOKEN)
+    with serve([small_run], host="127.0.0.1", port=0, access=access) as server:
+        port = server.get_port()
+        own = f"http://127.0.0.1:{port}/"
+        page = visit(own)
+        expect(page.get_by_text("TensAtlas wants its token")).to_be_visible()
+        page.goto(f"{own}?token={TOKEN}&run=small")
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        assert TOKEN not in page.url
+        assert page.evaluate("document.cookie") == ""  # no script can read it
+        page.reload()
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        connect = [port, viser.__version__]
+        assert page.evaluate(CONNECT, connect) == "open"
+        page.goto(elsewhere)  # the same browser, which has the cookie
+        assert page.evaluate(CONNECT, connect) == "refused"
+        page.set_content(f'<iframe src="{own}"></iframe>')
+        page.wait_for_timeout(500)
+        assert all(frame.locator(".ta-run").count() == 0 for frame in page.frames[1:])
+
+
+def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
+    workplace: Path, visit: Visit, small_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.session.VISITOR_SECONDS", 3.0)  # one trial of 2.4 s
+    with serve([small_run], host="127.0.0.1", port=0, read_only=True) as server:
+        page = visit(f"http://127.0.0.1:{server.get_port()}/")
+        page.locator(".ta-run").click()
+        expect(page.locator(".ta-runs [role=option]")).to_be_visible()
+        page.locator(".ta-run").click()
+        for name in ("Upload a run", "Start", "Pause", "Resume", "Stop"):
+            expect(page.get_by_role("button", name=name, exact=True)).to_be_hidden()
+        expect(page.get_by_text("New run", exact=True)).to_be_hidden()
+        tiles = page.locator('svg.ta-map[data-map="morphology"] g[data-filled="1"]')
+        tiles.first.click(force=True, no_wait_after=True)
+        expect(page.locator(".ta-card")).to_be_visible()
+        tiles.last.click(force=True, no_wait_after=True)
+        expect(page.get_by_text("enough simulation for a visitor")).to_be_visible()
+        # nor by sending what the page does not offer
+        (client,) = server.get_clients().values()
+        assert not {"Start", "Name", "Workers"} & {str(c.label) for c in inputs_of(client.gui)}
+    assert not (workplace / "runs").exists()
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
+    address: str, workplace: Path, visit: Visit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(upload, "MAX_BYTES", 100_000)
+    page = visit(address)
+    page.locator(".ta-run").click()
+    button = page.get_by_role("button", name="Upload a run")
+    with page.expect_file_chooser() as chooser:
+        button.click()
+    chooser.value.set_files(FilePayload(name="a.tsmr", mimeType="", buffer=b"x" * 150_000))
+    expect(page.get_by_text("from 0 to 0.1 MB are taken")).to_be_visible()
+    expect(button).to_be_enabled()
+    assert not (workplace / "runs").exists()

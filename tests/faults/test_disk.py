@@ -1,0 +1,71 @@
+"""A disk that fills up while a run is written: one line, nothing lost, and on it goes when there is room."""
+
+import subprocess
+
+import pytest
+from faulty import hash_of, python
+
+from engine.reader import RunReader
+
+EVOLVE = """
+from engine.errors import TensAtlasError
+import resource
+if len(sys.argv) > 2:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+try:
+    engine.run.resume(path) if path.exists() else engine.run.evolve(path, SMALL)
+except TensAtlasError as e:
+    print(e)
+"""
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of 400 kB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk], capture_output=True, check=False
+    )
+    if mounted.returncode:
+        pytest.skip("only root can make a small disk")
+    yield disk
+    subprocess.run(["umount", disk], check=True)
+
+
+def test_a_disk_fills_up(small_disk, made_up):
+    path = small_disk / "run.tsmr"
+    said = python(EVOLVE, path).stdout
+    assert said.startswith(f"{path} cannot be written: ")
+    assert "full" in said
+    assert f"make room there, then go on with 'tensatlas resume {path}'" in said
+    assert said.count("\n") == 1
+    with RunReader(path) as reader:
+        n = reader.n_evaluations()
+        assert 5 < n < 44
+        assert len(reader.all_evaluations()) == n
+    # still full
+    assert "make room there" in python(EVOLVE, path).stdout
+    subprocess.run(["mount", "-o", "remount,size=8m", small_disk], check=True)
+    assert python(EVOLVE, path).stdout == ""
+    assert hash_of(path) == hash_of(made_up)
+
+
+def test_a_disk_is_full_from_the_start(small_disk):
+    (small_disk / "full").write_bytes(bytes(400 * 1024 - 8192))
+    path = small_disk / "run.tsmr"
+    said = python(EVOLVE, path).stdout
+    assert said.startswith(f"{path} cannot be written: ")
+    assert "make room there" in said
+    assert sorted(p.name for p in small_disk.iterdir()) == ["full"]
+
+
+def test_a_file_reaches_its_largest_size(tmp_path, made_up):
+    path = tmp_path / "run.tsmr"
+    said = python(EVOLVE, path, 120_000).stdout
+    assert said.startswith(f"{path} cannot be written: ")
+    assert "make room there" in said
+    with RunReader(path) as reader:
+        assert 0 < reader.n_evaluations() < 44
+    assert python(EVOLVE, path).stdout == ""
+    assert hash_of(path) == hash_of(made_up)
