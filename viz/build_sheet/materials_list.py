@@ -6,8 +6,10 @@ from reportlab.platypus import Flowable
 
 from engine.fabrication.bill_of_materials import MassBalance, Part, mass_balance, parts
 from engine.fabrication.materials import Materials
+from engine.fabrication.problems import problems
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
+from viz.build_sheet.parts import module_names
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
@@ -48,6 +50,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             " be edited, and the robot exported again with it)."
             + (f" All masses in this table are <b>{sources.pop()}</b>." if len(sources) == 1 else "")
         ),
+        *_problems(facts, materials),
         blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 3, 4), total=True),
         blocks.together([blocks.subheading("Tools"), *blocks.bullets(_TOOLS)]),
         blocks.together(
@@ -59,6 +62,21 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             ]
         ),
     ]
+
+
+def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
+    """Return what cannot be made or would not work as asked, before anybody buys anything."""
+    found: list[Flowable] = []
+    for problem in problems(facts.morphology, materials):
+        where = module_names(list(problem.modules))
+        cures = "; or ".join(style.escaped(p) for p in problem.proposals)
+        text = style.escaped(problem.text)
+        found.append(
+            blocks.warning(
+                f"<b>Cannot be made as asked (modules {where}).</b> {text} What would work: {cures}."
+            )
+        )
+    return found
 
 
 def _internal(listed: list[Part], materials: Materials) -> list[str]:

@@ -8,7 +8,6 @@ from engine import tensegrity as t
 from engine.fabrication.cables import (
     Cable,
     CableDesign,
-    cable_problems,
     cables,
     design_cables,
     section_source,
@@ -89,16 +88,6 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
             " spring; the rest length is that between the rods' ends."
         ),
     ]
-    for problem in cable_problems(facts.morphology, materials):
-        where = ", ".join(map(str, problem.modules))
-        cures = "; or ".join(style.escaped(p) for p in problem.proposals)
-        parts.append(
-            blocks.warning(
-                f"<b>Cannot be made as asked (modules {where}).</b> {style.escaped(problem.text)} What would"
-                " work:"
-                f" {cures}."
-            )
-        )
     for level in dict.fromkeys(facts.morphology.stiffness_levels):
         modules = [d.module for d in designs if d.level == level]
         chosen = [c for c in every if c.module == modules[0]]
@@ -121,7 +110,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
             marked.append(len(rows))
         rows.append(
             [
-                _modules([a.module for a in alike]),
+                module_names([a.module for a in alike]),
                 f"{d.stiffness:.2f}",
                 f"{1000 * d.rest:.2f}",
                 f"{1000 * d.tail:.1f}",
@@ -174,7 +163,7 @@ def _cable_table(
     shares = [8, 8, 8, *([8] if cord else []), 9, 8, 8]
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
-    where = _modules(modules)
+    where = module_names(modules)
     title = (
         f"Passive cables of module {where}"
         if len(modules) == 1
@@ -225,7 +214,7 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     ]
 
 
-def _modules(modules: list[int]) -> str:
+def module_names(modules: list[int]) -> str:
     """Return numbers of modules, runs of them shortened: ``0 to 4, 6``."""
     runs: list[list[int]] = []
     for m in modules:

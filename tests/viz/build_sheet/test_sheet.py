@@ -12,9 +12,10 @@ from pypdf import PdfReader
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.bill_of_materials import mass_balance, parts
-from engine.fabrication.cables import cable_problems, cables, design_cables
+from engine.fabrication.cables import cables, design_cables
 from engine.fabrication.firmware import pin_map
 from engine.fabrication.joints import joints, orientations
+from engine.fabrication.problems import problems
 from engine.fabrication.rods import rods
 from engine.robustness import Robustness
 from viz.build_sheet import performance, style
@@ -122,8 +123,9 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
         assert f"S{module}" in text
     for k, node in enumerate(t.SERVO_NODES):
         assert f"to node {node} {1000 * servo.TARGET_LENGTHS[0, k]:.1f}" in text
-    for problem in cable_problems(morphology, materials):
-        assert problem.proposals[0] in text
+    for problem in problems(morphology, materials):
+        assert problem.text.replace("mm2", "mm²") in text
+        assert all(p.replace("mm2", "mm²") in text for p in problem.proposals)
     levels = {d.level for d in design_cables(morphology, materials)}
     assert text.count("Passive cables of module") == len(levels)
     assert all(word in text for word in ("simulated", "assumed", "Wear eye protection"))
