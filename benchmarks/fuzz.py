@@ -1,8 +1,9 @@
 """What strangers may send, mutated: it is read or refused in one line, and nothing else happens.
 
 ``python -m benchmarks.fuzz`` reads 10,000 inputs: run files and their logs and lock files, genotypes,
-configurations, task files, re-evaluations, failure dumps. It exits with 1 if one of them crashes or hangs
-the reader, makes it run code, open a network connection, start a program or touch a file outside its folder.
+configurations, task files, re-evaluations, failure dumps, uploads, materials. It exits with 1 if one
+crashes or hangs the reader, makes it run code, connect to a network, start a program or touch a file outside
+its folder.
 Input N of a kind is always the same: ``--only KIND --first N --inputs 1`` repeats one.
 """
 
@@ -38,6 +39,7 @@ from engine.controller import Controller
 from engine.dump import Dump, read_dump, write_dump
 from engine.errors import TensAtlasError
 from engine.evaluation import Evaluation, FailedTrial, TrialConfig
+from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.history import Failure
 from engine.lock import holder_of, is_being_written, lock_path
 from engine.morphology import Morphology
@@ -291,6 +293,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "controller": Kind(brain, _read_brain, mutate=mutate_json),
         "re-evaluation": Kind(json.dumps(robust).encode(), _read_robust, mutate=mutate_json),
         "failure dump": Kind(_a_dump(folder, e, config), _read_dump),
+        "materials file": Kind(preset_text(PRESETS[0]).encode(), _read_materials),
         # a task file is code that its user names: it is run, but an error in it is one line
         "task file": Kind(_TASK.read_bytes(), _read_task, share=0.5),
     }
@@ -421,6 +424,11 @@ def _read_robust(content: bytes, folder: Path) -> None:
 def _read_dump(content: bytes, folder: Path) -> None:
     (folder / "input.tsdump").write_bytes(content)
     read_dump(folder / "input.tsdump")
+
+
+def _read_materials(content: bytes, folder: Path) -> None:
+    (folder / "input.toml").write_bytes(content)
+    load_materials(folder / "input.toml")
 
 
 def _read_task(content: bytes, folder: Path) -> None:

@@ -26,7 +26,7 @@ def test_mutated_inputs_are_read_or_refused_and_nothing_else_happens():
         timeout=300,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.count(" read, ") == 11
+    assert done.stdout.count(" read, ") == 12
 
 
 def test_the_watch_sees_what_it_should():
