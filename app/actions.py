@@ -31,9 +31,9 @@ class Actions:
         self.closed = False
         """Whether the browser has gone: no action begins any more."""
 
-    def notify(self, title: str, body: str) -> None:
-        """Show a notice for a few seconds."""
-        self._client.add_notification(title, body, auto_close_seconds=6.0)
+    def notify(self, title: str, body: str, *, stays: bool = False) -> None:
+        """Show a notice for a few seconds, or until it is closed, for who may look elsewhere."""
+        self._client.add_notification(title, body, auto_close_seconds=None if stays else 6.0)
 
     def guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
         """Return an action that reports what goes wrong as a notice.

@@ -124,7 +124,9 @@ class Navigation:
         if path is None:
             if place.run is not None:
                 self._actions.notify(
-                    "No such run", f"There is no run {place.run[:80]!r} here; choose one from the list."
+                    "No such run",
+                    f"There is no run {place.run[:80]!r} here; choose one from the list.",
+                    stays=True,
                 )
             if fresh:
                 self._traveller.open_first()
