@@ -17,7 +17,7 @@ from rich.console import Console
 
 from app.commands import Campaign, Compare
 from app.progress import ProgressDisplay
-from app.workers import WorkerFlags, opened
+from app.workers import WorkerFlags, check, opened
 from engine.campaign import PlannedRun, read_campaign
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError
@@ -38,6 +38,7 @@ def run_campaign(command: Campaign, console: Console) -> int:
     """
     if command.jobs < 1:
         raise InvalidData(f"jobs must be at least 1, not {command.jobs}")
+    check(command.computing)
     runs = read_campaign(command.file)
     folder = command.out
     try:
@@ -59,7 +60,10 @@ def run_campaign(command: Campaign, console: Console) -> int:
         return 1
     from app.comparison import compare
 
-    compare(Compare(run=tuple(folder / run.file for run in runs), out=folder / "report"), console)
+    compare(
+        Compare(run=tuple(folder / run.file for run in runs), out=folder / "report", images=command.images),
+        console,
+    )
     return 0
 
 

@@ -77,6 +77,8 @@ class Campaign:
     """Folder of the run files, their logs and the report."""
     jobs: int = 1
     """Runs at a time, each with workers of its own."""
+    images: Literal["svg", "png", "none"] = "svg"
+    """Kind of the report's figures as files; needs a Chromium."""
     dry_run: bool = False
     """Only say which runs there are and which are finished."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()

@@ -34,6 +34,20 @@ class WorkerFlags:
     """TOML file that describes SLURM jobs, which simulate instead; docs/clusters.md has one."""
 
 
+def check(flags: WorkerFlags) -> None:
+    """Check flags before anything is started.
+
+    Raises:
+        InvalidData: one is out of range or contradicts another.
+    """
+    if not 1 <= flags.workers <= MAX_WORKERS:
+        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {flags.workers}")
+    if flags.scheduler is not None and flags.slurm is not None:
+        raise InvalidData("choose one of --scheduler and --slurm")
+    if flags.scheduler is not None and "://" not in flags.scheduler:
+        raise InvalidData(f"a scheduler's address is written tcp://HOST:PORT, not {flags.scheduler!r}")
+
+
 @contextlib.contextmanager
 def opened(flags: WorkerFlags) -> Iterator[Workers | None]:
     """Start or reach the workers for a ``with`` block; None where threads of this process do.
@@ -42,13 +56,8 @@ def opened(flags: WorkerFlags) -> Iterator[Workers | None]:
         InvalidData: a flag is out of range or contradicts another.
         ClusterError: they cannot be started or reached.
     """
-    if not 1 <= flags.workers <= MAX_WORKERS:
-        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {flags.workers}")
-    if flags.scheduler is not None and flags.slurm is not None:
-        raise InvalidData("choose one of --scheduler and --slurm")
+    check(flags)
     if flags.scheduler is not None:
-        if "://" not in flags.scheduler:
-            raise InvalidData(f"a scheduler's address is written tcp://HOST:PORT, not {flags.scheduler!r}")
         with DaskWorkers(flags.scheduler) as dask:
             yield dask
     elif flags.slurm is not None:

@@ -9,11 +9,11 @@ import pytest
 import engine.run
 from engine.config import preset
 from engine.evaluation import TrialConfig
-from engine.reader import RunReader
 from engine.tasks import files, load_task
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from made_up import TINY
+from run_hash import hash_of
 
 TASK = """
 import os, signal, time
@@ -31,11 +31,6 @@ TASK = Task(
     target_distance=0.3, target_bearings=(0.0, 0.0), names=("one", "two"), walls=walls,
 )
 """
-
-
-def hash_of(path):
-    with RunReader(path) as reader:
-        return reader.canonical_hash()
 
 
 @pytest.fixture(scope="session")

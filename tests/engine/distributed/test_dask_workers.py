@@ -6,8 +6,8 @@ import socket
 import sys
 
 import pytest
-from conftest import hash_of
 from made_up import TINY
+from run_hash import hash_of
 
 import engine.run
 from engine.distributed.dask_workers import DaskWorkers, local_cluster

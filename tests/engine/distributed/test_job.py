@@ -3,8 +3,8 @@
 import dataclasses
 
 import pytest
-from conftest import hash_of
 from made_up import TINY
+from run_hash import hash_of
 
 from engine.computer import Computer, differing, this_computer
 from engine.distributed.job import compute, unfinished, world_of

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from conftest import hash_of
 from made_up import TINY
+from run_hash import hash_of
 
 import engine.run
 from engine.computer import this_computer

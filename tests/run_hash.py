@@ -1,0 +1,9 @@
+"""What equal runs share."""
+
+from engine.reader import RunReader
+
+
+def hash_of(path):
+    """Return a run file's hash."""
+    with RunReader(path) as reader:
+        return reader.canonical_hash()
