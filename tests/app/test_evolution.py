@@ -113,7 +113,7 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
     parsed = cli._parse(["evolve", "x.tsmr", *arguments])
     assert isinstance(parsed, commands.Evolve)
     assert parsed.config == config
-    assert parsed.workers == 3
+    assert parsed.computing.workers == 3
 
 
 def test_a_run_pauses_goes_on_and_is_found_after_it_was_killed(workplace: Path) -> None:
