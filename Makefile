@@ -13,8 +13,10 @@ PORT ?= 8080
 explore: $(VENV)/.runtime
 	$(BIN)/tensatlas explore --host $(HOST) --port $(PORT)
 
+# a browser keeps all cores of a small machine busy: its tests run one by one, after the others
 test: $(VENV)/.dev chromium compiler
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --ignore tests/browser -n auto --maxprocesses 4 --dist loadfile
+	$(BIN)/python -m pytest tests/browser
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

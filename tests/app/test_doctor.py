@@ -127,7 +127,8 @@ def test_recover_and_migrate(capsys, small_run, tmp_path):
     status, _, err = run(capsys, "migrate", path, "--out", tmp_path / "copy.tsmr")
     assert (status, "has the present format (2) already" in err) == (2, True)
     db = sqlite3.connect(path, isolation_level=None)
-    db.execute("DROP TABLE digests")
+    for table in ("digests", "computed", "computers"):
+        db.execute(f"DROP TABLE {table}")
     db.execute("PRAGMA user_version=1")
     db.close()
     status, _, err = run(capsys, "migrate", path, "--out", tmp_path / "copy.tsmr")
