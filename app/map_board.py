@@ -136,14 +136,21 @@ class MapBoard:
         """Colour another way; to colour by something unknown is to colour by the fitness.
 
         Raises:
-            InvalidData: a scale with impossible ends; nothing changes.
+            InvalidData: a scale with impossible ends; the rest is done, and the scale stays as it was.
         """
+        refused: InvalidData | None = None
         if wish.scale == FIXED:
-            wish = dataclasses.replace(wish, limits=checked_limits(wish.limits))
+            try:
+                wish = dataclasses.replace(wish, limits=checked_limits(wish.limits))
+            except InvalidData as e:
+                refused = e
+                wish = dataclasses.replace(wish, scale=self._wish.scale, limits=self._wish.limits)
         if wish.colormap not in theme.MAPS:
             wish = dataclasses.replace(wish, colormap=ColorWish().colormap)
         self._wish = wish
         self._redraw()
+        if refused is not None:
+            raise refused
 
     def pick(self, map_name: str, cell: Cell) -> Picked | None:
         """Return what lies at a cell of a map, None if there is no such cell."""

@@ -81,8 +81,9 @@ class PinsPanel:
         return [differences.lane_name(e, k) for k, e in enumerate(self._pins)]
 
     def tell(self, replay: LaneReplay, moment: float) -> None:
-        """Show how far every robot is from its target, now and then."""
-        if time.monotonic() - self._told < TELL_INTERVAL or not self.side_by_side:
+        """Show how far every robot is from its target, now and then and where the replay ends."""
+        early = time.monotonic() - self._told < TELL_INTERVAL and moment < replay.reached()
+        if early or not self.side_by_side:
             return
         self._told = time.monotonic()
         lanes = [(r.failure, replay.distance(k, moment)) for k, r in enumerate(replay.lanes)]

@@ -61,7 +61,8 @@ def opened(flags: WorkerFlags) -> Iterator[Workers | None]:
         with DaskWorkers(flags.scheduler) as dask:
             yield dask
     elif flags.slurm is not None:
-        with DaskWorkers(slurm_cluster(flags.slurm)) as dask:
+        cluster, keep_up = slurm_cluster(flags.slurm)
+        with DaskWorkers(cluster, keep_up=keep_up) as dask:
             yield dask
     elif flags.workers > 1 and flags.pool == "processes":
         with ProcessWorkers(flags.workers, timeout=flags.timeout) as processes:

@@ -12,14 +12,14 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, UnknownTask
-from engine.evaluation import Evaluation
+from engine.evaluation import Evaluation, Solution
 from engine.lock import holder_of, is_being_written
 from engine.reader import RunReader, check_fits
 from engine.records import digest, from_row
@@ -263,7 +263,13 @@ def _repeat(
     distance = get_task(config.task).target_distance
     seconds, later = 0.0, True
     with RunWriter.create(out, config, versions, created_at=tables.created_at) as writer:
-        while solutions := algorithm.ask():
+        under_way: deque[list[Solution]] = deque()
+        while True:
+            while len(under_way) <= config.overlap and (solutions := algorithm.ask()):
+                under_way.append(solutions)
+            if not under_way:
+                break
+            solutions = under_way.popleft()
             found = [evaluations[s.number] for s in solutions if s.number in evaluations]
             asked = {s.number: s for s in solutions}
             known = [e for e in found if e.solution == asked[e.solution.number]]

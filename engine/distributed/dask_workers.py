@@ -1,17 +1,18 @@
 """Workers of a Dask cluster: any number of machines behind one scheduler, coming and going as they like.
 
 When a worker dies, Dask suspects every job that it had been given, begun or not. So that the innocent are
-not given up with the guilty, no more jobs are handed to the scheduler than its workers have threads.
+not given up with the guilty, each job is given to one worker that has a thread for it, and to no other.
 """
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import itertools
 import time
 import uuid
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Final, Self
 
 from engine.distributed.job import Result, World, compute
@@ -23,8 +24,20 @@ CONNECT_TIMEOUT: Final = 20.0
 """Seconds within which a scheduler must answer."""
 REFRESH: Final = 2.0
 """Seconds after which the threads of the workers are counted again."""
+FETCH_TIMEOUT: Final = 60.0
+"""Seconds in which a result must arrive once it is there."""
+LOST: Final = Died("a worker of the Dask cluster was lost with it")
 _POLL: Final = 0.01
 EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[cluster]'"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Flight:
+    """A job that a worker has."""
+
+    solution: Solution
+    worker: str
+    future: Any
 
 
 class DaskWorkers:
@@ -33,17 +46,19 @@ class DaskWorkers:
     Args:
         cluster: the address of a scheduler, ``tcp://HOST:PORT``, or one of Dask's cluster objects,
             which is closed in the end.
+        keep_up: called every few seconds, to replace workers that have gone.
 
     Raises:
         ClusterError: Dask is not installed, or the scheduler does not answer.
     """
 
-    def __init__(self, cluster: Any) -> None:
+    def __init__(self, cluster: Any, *, keep_up: Callable[[], None] | None = None) -> None:
         try:
             import distributed
         except ImportError:
             raise ClusterError(EXTRA) from None
         self._dask = distributed
+        self._keep_up = keep_up
         self._cluster = None if isinstance(cluster, str) else cluster
         where = cluster if isinstance(cluster, str) else cluster.scheduler_address
         try:
@@ -54,8 +69,9 @@ class DaskWorkers:
         self._where = where
         self._finished = distributed.as_completed(with_results=False, loop=self._client.loop)
         self._queue: deque[tuple[World, Solution]] = deque()
-        self._solutions: dict[str, Solution] = {}
-        self._n_threads, self._counted_at = 0, -REFRESH
+        self._flying: dict[str, _Flight] = {}
+        self._threads: dict[str, int] = {}
+        self._counted_at = -REFRESH
         self._count = itertools.count()
         self._session = uuid.uuid4().hex[:8]
 
@@ -85,31 +101,54 @@ class DaskWorkers:
             TensAtlasError: a job has an error of the user's, or the scheduler is gone.
         """
         with self._reachable():
-            self._begin()
-            while not self._finished.has_ready():
+            while True:
+                found = self._lost()
+                if self._finished.has_ready():
+                    found += filter(None, map(self._outcome, self._finished.next_batch(block=False)))
+                self._begin()
+                if found:
+                    return found
                 time.sleep(_POLL)
-                self._begin()  # a worker may have come
-            found = [self._outcome(future) for future in self._finished.next_batch(block=False)]
-            self._begin()
-            return found
+
+    def _lost(self) -> list[tuple[Solution, Result | Died]]:
+        """Look which workers there are, now and then; return the jobs of those that have gone."""
+        now = time.monotonic()
+        if now - self._counted_at < REFRESH:
+            return []
+        if self._keep_up is not None:
+            self._keep_up()
+        self._threads, self._counted_at = dict(self._client.nthreads()), now
+        gone = {
+            k: f for k, f in self._flying.items() if f.worker not in self._threads and not f.future.done()
+        }
+        for key, flight in gone.items():
+            del self._flying[key]
+            flight.future.cancel()
+        return [(flight.solution, LOST) for flight in gone.values()]
 
     def _begin(self) -> None:
-        now = time.monotonic()
-        if now - self._counted_at >= REFRESH:
-            self._n_threads, self._counted_at = self.n_workers, now
-        while self._queue and len(self._solutions) < self._n_threads:
-            world, solution = self._queue.popleft()
-            key = f"tensatlas-{self._session}-{next(self._count)}"
-            future = self._client.submit(compute, world, [solution], key=key, pure=False)
-            self._solutions[key] = solution
-            self._finished.add(future)
+        free = dict(self._threads)
+        for flight in self._flying.values():
+            free[flight.worker] = free.get(flight.worker, 0) - 1
+        for worker, n in free.items():
+            for _ in range(min(n, len(self._queue))):
+                world, solution = self._queue.popleft()
+                key = f"tensatlas-{self._session}-{next(self._count)}"
+                future = self._client.submit(
+                    compute, world, [solution], key=key, pure=False, workers=[worker]
+                )
+                self._flying[key] = _Flight(solution, worker, future)
+                self._finished.add(future)
 
-    def _outcome(self, future: Any) -> tuple[Solution, Result | Died]:
-        solution = self._solutions.pop(future.key)
+    def _outcome(self, future: Any) -> tuple[Solution, Result | Died] | None:
+        flight = self._flying.pop(future.key, None)
+        if flight is None:  # given up since
+            return None
         try:
-            return solution, future.result()
-        except self._dask.KilledWorker:
-            return solution, Died("a worker of the Dask cluster was lost with it")
+            # a result stays on its worker until it is fetched, and may be lost with it
+            return flight.solution, future.result(timeout=FETCH_TIMEOUT)
+        except (self._dask.KilledWorker, self._dask.TimeoutError, TimeoutError):
+            return flight.solution, LOST
         finally:
             future.release()
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import time
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,6 +31,8 @@ _REQUIRED: Final = ("jobs", "cores", "memory", "walltime")
 MAX_JOBS: Final = 10_000
 MARGIN: Final = 180
 """Seconds before the walltime at which a worker begins to leave."""
+LOOK: Final = 15.0
+"""Seconds between two looks at the jobs."""
 STAGGER: Final = 120
 """Seconds over which the leaving of workers that began together is spread."""
 
@@ -79,10 +84,11 @@ def lifetime(walltime: str, where: str = "walltime") -> int:
     return total - MARGIN
 
 
-def slurm_cluster(path: Path) -> Any:
+def slurm_cluster(path: Path) -> tuple[Any, Callable[[], None]]:
     """Return a Dask cluster whose workers are SLURM jobs as a file describes them.
 
-    A job that ends, at its walltime or otherwise, is replaced by a new one.
+    With it comes what must be called now and then: it replaces jobs that have ended, at their walltime or
+    otherwise.
 
     Raises:
         InvalidData: the file is not as it should be.
@@ -115,7 +121,48 @@ def slurm_cluster(path: Path) -> Any:
             scheduler_options={"dashboard_address": None},
             **{theirs: settings[ours] for ours, theirs in optional.items() if ours in settings},
         )
-        cluster.adapt(minimum_jobs=settings["jobs"], maximum_jobs=settings["jobs"])
+        cluster.scale(jobs=settings["jobs"])
     except (OSError, ValueError, RuntimeError) as e:
         raise ClusterError(f"{path}: SLURM workers cannot be started: {e}") from None
-    return cluster
+    return cluster, _Replacement(cluster, settings["jobs"])
+
+
+class _Replacement:
+    """Replaces jobs that have ended; dask-jobqueue's own adaptive scaling forgets those that were killed.
+
+    Args:
+        cluster: a ``SLURMCluster``.
+        jobs: how many there should be.
+    """
+
+    def __init__(self, cluster: Any, jobs: int) -> None:
+        self._cluster = cluster
+        self._jobs = jobs
+        self._looked_at = time.monotonic()
+
+    def __call__(self) -> None:
+        """Look, now and then, which jobs there are."""
+        now = time.monotonic()
+        if now - self._looked_at < LOOK:
+            return
+        self._looked_at = now
+        queued = queued_jobs()
+        if queued is None:
+            return
+        known = {name: getattr(job, "job_id", None) for name, job in dict(self._cluster.workers).items()}
+        ended = [name for name, number in known.items() if number is not None and str(number) not in queued]
+        for name in ended:
+            self._cluster.worker_spec.pop(name, None)
+        if ended:
+            self._cluster.scale(jobs=self._jobs)
+
+
+def queued_jobs() -> set[str] | None:
+    """Return the numbers of all jobs that wait or run, None if SLURM does not say."""
+    try:
+        said = subprocess.run(
+            ["squeue", "--noheader", "--format=%i"], capture_output=True, text=True, timeout=30, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return set(said.stdout.split())

@@ -111,7 +111,9 @@ def test_the_list_of_runs_says_what_each_is_and_opens_one(address: str, visit: C
     rows = page.get_by_role("option")
     expect(rows).to_have_count(2)
     expect(rows.nth(1)).to_have_text(
-        re.compile(r"small.*-?\d+\.\d\d cm.*goal-reaching · dm-me · 18 evaluations · finished")
+        re.compile(
+            r"small.*-?\d+\.\d\d cm.*goal-reaching · dm-me · 18 evaluations · \d{4}-\d\d-\d\d · finished"
+        )
     )
     rows.nth(1).press("Enter")  # by keyboard as well
     expect(page.locator("button.ta-run")).to_contain_text("small")

@@ -21,10 +21,11 @@ def test_the_job_script_has_what_the_file_says(tmp_path, monkeypatch):
     file = tmp_path / "slurm.toml"
     file.write_text(GOOD)
     asked = {}
-    monkeypatch.setattr(SLURMCluster, "adapt", lambda _self, **limits: asked.update(limits))
-    with slurm_cluster(file) as cluster:
+    monkeypatch.setattr(SLURMCluster, "scale", lambda _self, *_, **sizes: asked.update(sizes))
+    cluster, _ = slurm_cluster(file)
+    with cluster:
         script = cluster.job_script()
-    assert asked == {"minimum_jobs": 3, "maximum_jobs": 3}
+    assert asked == {"jobs": 3}
     for line in ("#SBATCH -p short", "#SBATCH -t 08:00:00", "#SBATCH --constraint=avx2", "#SBATCH -n 1"):
         assert line in script.splitlines()
     assert "#SBATCH --cpus-per-task=4" in script.splitlines()
