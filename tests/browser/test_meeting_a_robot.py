@@ -133,6 +133,7 @@ def seek(page: Page, seconds: float) -> None:
     pause = page.get_by_role("button", name="Pause")
     if pause.count():
         pause.click(force=True)
+        expect(pause).to_have_count(0)  # the button is the same one, and would play again
     field = field_of(page, "Time")
     field.fill(str(seconds))
     field.press("Enter")
