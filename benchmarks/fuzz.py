@@ -9,6 +9,7 @@ Input N of a kind is always the same: ``--only KIND --first N --inputs 1`` repea
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import faulthandler
 import json
@@ -257,7 +258,7 @@ def mutate_json(content: bytes, rng: random.Random) -> bytes:
             case 2 if type(holder[key]) in (int, float):
                 holder[key] = holder[key] * rng.choice((-1, 10, 1e6, 0.1)) + rng.choice((0, 1))
             case _:
-                holder[key] = rng.choice(_VALUES)
+                holder[key] = copy.deepcopy(rng.choice(_VALUES))
                 if key == "":
                     data = holder[key]
     return json.dumps(data).encode()

@@ -45,7 +45,7 @@ LATE: Final = 15.0
 """Seconds after which an update that a browser has not got counts as lost."""
 GROWTH: Final = 0.10
 """Share by which memory may grow in the second half of the time."""
-_CELL = re.compile(r'data-c="([a-z-]+:\d+(?:,\d+)+)"')
+_CELL = re.compile(r'data-c="([a-z-]+:\d+(?:,\d+)+)" data-filled="1"')
 
 _CAMERA: Final = _messages.ViewerCameraMessage(
     wxyz=(1.0, 0.0, 0.0, 0.0),

@@ -51,7 +51,7 @@ def check_run(path: Path) -> Iterator[Finding]:
             yield from _contents(path, reader)
             yield from _versions(path, reader)
             yield from _space(path, reader)
-    except (TensAtlasError, sqlite3.Error) as e:
+    except (TensAtlasError, sqlite3.Error, MemoryError) as e:
         yield Finding("problem", one_line(str(e)))
         yield from _what_is_left(path)
     yield from _lock(path)

@@ -377,17 +377,18 @@ class RunReader:
     def canonical_hash(self) -> str:
         """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
         digest = hashlib.sha256()
-        digest.update(dump(dataclasses.asdict(self.config)).encode())
-        for row in self._query("SELECT * FROM evaluations ORDER BY number"):
-            values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
-            digest.update(dump(values).encode())
-        for query in (
-            "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
-            "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
-            "SELECT generation, algorithm FROM state",
-        ):
-            for row in self._query(query):
-                digest.update(dump(list(row)).encode())
+        with self.guard():
+            digest.update(dump(dataclasses.asdict(self.config)).encode())
+            for row in self._query("SELECT * FROM evaluations ORDER BY number"):
+                values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
+                digest.update(dump(values).encode())
+            for query in (
+                "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
+                "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
+                "SELECT generation, algorithm FROM state",
+            ):
+                for row in self._query(query):
+                    digest.update(dump(list(row)).encode())
         return digest.hexdigest()
 
     def _check_format(self) -> None:
@@ -422,7 +423,7 @@ class RunReader:
         try:
             with self._mutex:
                 return self._db.execute(sql, parameters).fetchall()
-        except (sqlite3.Error, OverflowError, UnicodeDecodeError) as e:
+        except (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError) as e:
             raise _unreadable(self.path, e) from None
 
     def _chunked(self, sql: str, numbers: set[int]) -> list[sqlite3.Row]:
@@ -498,7 +499,7 @@ def connect(path: Path) -> sqlite3.Connection:
 def _unreadable(path: Path, error: Exception | None) -> RunFileError:
     """Return what to say of a run that SQLite cannot read: damage, or something in the way."""
     in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
-    text = one_line(str(error))[:200]
+    text = one_line(str(error))[:200] or "it asks for more memory than there is"
     if isinstance(error, in_the_way) and not any(w in text for w in ("malformed", "decode", "no such")):
         return RunFileError(f"{path} cannot be read: {text}")
     return DamagedRunFile(path, f"cannot be read: {text}")
