@@ -45,12 +45,17 @@ class ProcessWorkers:
             raise InvalidData(f"timeout must be at least 1 s, not {timeout:g}")
         self._timeout = timeout
         self._queue: deque[tuple[World, Solution]] = deque()
-        self._workers = [_Worker(timeout) for _ in range(n_workers)]
+        self._n_workers = n_workers
+        self._workers: list[_Worker] = []
 
     @property
     def n_workers(self) -> int:
-        """How many there are."""
-        return len(self._workers)
+        """How many there are once there is something to compute."""
+        return self._n_workers
+
+    def start(self) -> None:
+        """Start those that are missing; the first job does so too, so that a refused run starts none."""
+        self._workers += [_Worker(self._timeout) for _ in range(self._n_workers - len(self._workers))]
 
     @property
     def pids(self) -> list[int]:
@@ -68,6 +73,7 @@ class ProcessWorkers:
 
     def submit(self, world: World, solution: Solution) -> None:
         """Have a solution evaluated; what is submitted first is begun first."""
+        self.start()
         self._queue.append((world, solution))
         self._begin()
 

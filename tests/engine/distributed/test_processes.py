@@ -28,6 +28,7 @@ def test_two_processes_give_the_same_run_though_one_is_killed_at_work(tiny_run, 
     path = tmp_path / "run.tsmr"
     killed = []
     with ProcessWorkers(2) as workers:
+        workers.start()
         pids = workers.pids
 
         def kill_one(progress):
@@ -89,6 +90,7 @@ import sys, time
 from engine.distributed.processes import ProcessWorkers
 if __name__ == "__main__":
     with ProcessWorkers(2) as workers:
+        workers.start()
         print(*workers.pids, flush=True)
         time.sleep(1000)
 """
