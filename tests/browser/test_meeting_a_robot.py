@@ -73,6 +73,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         for moment in (0.3, 1.0):
             seek(page, moment)
             x = position(moment, page_of(moment, replay.start_time, replay.end_time))
+            page.wait_for_timeout(1500)  # the cursor moves a few times a second
             shown = float(re.findall(r"translateX\(([\d.]+)px", live(page, ".ta-cursor{"))[0])
             assert shown == pytest.approx(x, abs=2.0)
 
