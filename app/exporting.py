@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 from rich.console import Console
@@ -11,6 +9,7 @@ from rich.console import Console
 from app import commands as c
 from app.elites import find_elite
 from app.robot_folder import robot_folder
+from engine.csv_text import csv_text
 from engine.errors import ExportError, InvalidData, TensAtlasError
 from engine.export import check_folder, write_folder
 from engine.fabrication.materials import Materials, load_materials
@@ -64,9 +63,7 @@ def _export_all(reader: RunReader, command: c.Export, materials: Materials, cons
         if k % 10 == 0 or k == len(first):
             console.print(f"{k} of {len(first)} robots", markup=False)
     rows = [[p.archive, cell_name(p.cell), number, f"robot_{number}"] for p, number in elites.items()]
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows([["archive", "cell", "evaluation", "folder"], *rows])
-    _write(command.out / INDEX, file.getvalue())
+    _write(command.out / INDEX, csv_text([["archive", "cell", "evaluation", "folder"], *rows]))
     if failed:
         raise ExportError(f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}")
     console.print(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import fnmatch
 import hashlib
 import importlib.metadata
-import io
 import json
 from pathlib import Path
 from typing import Any, Final
@@ -15,6 +13,7 @@ import numpy as np
 
 from engine import servo
 from engine import tensegrity as t
+from engine.csv_text import csv_text
 from engine.errors import InvalidData
 from engine.export import export_files, simulate_trial
 from engine.fabrication.files import fabrication_files
@@ -183,7 +182,7 @@ def _list_of_files(names: set[str]) -> str:
 def _internal_cables() -> bytes:
     header = ["command_degrees", *(f"arm_to_node_{n}_mm" for n in t.SERVO_NODES)]
     rows = [[c, *(f"{1000 * v:.4f}" for v in row)] for c, row in enumerate(servo.TARGET_LENGTHS)]
-    return _table(header, rows)
+    return csv_text([header, *rows]).encode()
 
 
 def _targets(facts: Facts) -> bytes:
@@ -194,7 +193,7 @@ def _targets(facts: Facts) -> bytes:
         for name, distances in zip(facts.task.target_names, facts.evaluation.distances, strict=True)
         for k, d in enumerate(distances)
     ]
-    return _table(header, rows)
+    return csv_text([header, *rows]).encode()
 
 
 def _paths(facts: Facts) -> bytes:
@@ -203,12 +202,4 @@ def _paths(facts: Facts) -> bytes:
     rows = [
         [s + 1, *(f"{v:.6f}" for v in np.asarray(recorded[:, s]).ravel())] for s in range(recorded.shape[1])
     ]
-    return _table(["time_s", *names], rows)
-
-
-def _table(header: list[str], rows: list[list[Any]]) -> bytes:
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return file.getvalue().encode()
+    return csv_text([["time_s", *names], *rows]).encode()

@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import re
-import tomllib
 from pathlib import Path
 from typing import Any, Final
 
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.store import SUFFIX
+from engine.toml_file import read_toml
 
 MAX_RUNS: Final = 10_000
 _TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "config", "variants")
@@ -32,13 +32,7 @@ def read_campaign(path: Path) -> list[PlannedRun]:
     Raises:
         InvalidData: it cannot be read, or a value is missing, unknown or makes no configuration.
     """
-    try:
-        with open(path, "rb") as f:
-            data = tomllib.load(f)
-    except OSError as e:
-        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
-        raise InvalidData(f"{path}: {e}") from None
+    data = read_toml(path)
     try:
         return plan(data)
     except TensAtlasError as e:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import Final
 
 from engine import published
 from engine.comparison import Comparison
+from engine.csv_text import csv_text
 
 MEASURES: Final = {
     "best": "best_f_s_cm",
@@ -23,8 +22,8 @@ _STATISTICS: Final = ("mean", "std", "min", "max", "median")
 def csv_files(comparison: Comparison) -> dict[str, str]:
     """Return a comparison's tables by file name: every run, the statistics, the tests, the trends."""
     return {
-        "runs.csv": _csv([["task", "algorithm", "run", "seed", *MEASURES.values()], *_runs(comparison)]),
-        "statistics.csv": _csv(
+        "runs.csv": csv_text([["task", "algorithm", "run", "seed", *MEASURES.values()], *_runs(comparison)]),
+        "statistics.csv": csv_text(
             [
                 [
                     "task",
@@ -37,7 +36,7 @@ def csv_files(comparison: Comparison) -> dict[str, str]:
                 *_statistics(comparison),
             ]
         ),
-        "tests.csv": _csv(
+        "tests.csv": csv_text(
             [
                 [
                     "task",
@@ -54,7 +53,7 @@ def csv_files(comparison: Comparison) -> dict[str, str]:
                 *_tests(comparison),
             ]
         ),
-        "trends.csv": _csv(
+        "trends.csv": csv_text(
             [["task", "algorithm", "measure", "evaluations", "runs", "mean", "std"], *_trends(comparison)]
         ),
     }
@@ -118,10 +117,3 @@ def _trends(comparison: Comparison) -> list[list[object]]:
                     for n, mean, std in zip(trend.evaluations, trend.mean, trend.std, strict=True)
                 ]
     return rows
-
-
-def _csv(rows: list[list[object]]) -> str:
-    """Return rows as CSV; what is unknown is left empty."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()

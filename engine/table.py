@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.csv_text import csv_text
 from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
@@ -99,11 +98,7 @@ def _measures(
 
 def csv_bytes(table: Table) -> bytes:
     """Return a table as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table)
-    writer.writerows(zip(*table.values(), strict=True))
-    return text.getvalue().encode()
+    return csv_text([table, *zip(*table.values(), strict=True)]).encode()
 
 
 def write_table(table: Table, path: Path) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import subprocess
 import time
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 from engine.distributed.dask_workers import EXTRA, report_deaths
 from engine.errors import ClusterError, InvalidData
+from engine.toml_file import read_toml
 
 _FIELDS: Final[dict[str, type]] = {
     "jobs": int,
@@ -43,13 +43,7 @@ def read_settings(path: Path) -> dict[str, Any]:
     Raises:
         InvalidData: it cannot be read, or a value is missing, unknown or out of range.
     """
-    try:
-        with open(path, "rb") as f:
-            settings = tomllib.load(f)
-    except OSError as e:
-        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
-        raise InvalidData(f"{path}: {e}") from None
+    settings = read_toml(path)
     for name, value in settings.items():
         if name not in _FIELDS:
             raise InvalidData(f"{path}: unknown {name!r}; known are {', '.join(_FIELDS)}")

@@ -5,15 +5,15 @@ Masses are those of the real robot, not the scaled ones of the simulation.
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from engine import servo
 from engine import tensegrity as t
+from engine.csv_text import csv_text
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials, load_materials
 from engine.fabrication.parts import printed_parts
@@ -177,19 +177,17 @@ def total_mass(morphology: Morphology) -> float:
 def bill_of_materials(morphology: Morphology, materials: Materials | None = None) -> str:
     """Return the parts of a robot as CSV: lengths and diameters in mm, masses in g."""
     listed = parts(morphology, materials)
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows: list[Sequence[object]] = [COLUMNS]
     for p in listed:
         figures = [_milli(v) for v in (p.length, p.diameter, p.mass, p.quantity * p.mass)]
-        writer.writerow([p.name, p.group, p.quantity, *figures, p.source, p.note])
+        rows.append([p.name, p.group, p.quantity, *figures, p.source, p.note])
     built = sum(p.quantity * p.mass for p in listed if p.group != "off the robot")
     row = ["robot as built", "", "", "", "", "", _milli(built), "", "sum of what the robot carries"]
-    writer.writerow(row)
+    rows.append(row)
     row = ["robot as simulated", "", "", "", "", "", _milli(simulated_mass(morphology)), Source.SIMULATED]
     each = f"{_milli(t.ROD_MASS)} g per plain rod, {_milli(t.SERVO_ROD_MASS)} g per servo rod"
-    writer.writerow([*row, each])
-    return file.getvalue()
+    rows.append([*row, each])
+    return csv_text(rows)
 
 
 def _mass(listed: tuple[Part, ...], group: str) -> float:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 from engine import tensegrity as t
+from engine.csv_text import csv_text
 from engine.fabrication.assembly import robot_glb
 from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.fabrication.cables import cables, design_cables
@@ -41,14 +39,6 @@ def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str,
         files[f"{name}.dxf"] = dxf_bytes(net, design)
         files[f"{name}.svg"] = svg_bytes(net, design)
     return files
-
-
-def _table(header: list[str], rows: list[list[object]]) -> bytes:
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return file.getvalue().encode()
 
 
 def _mm(value: float | None, scale: float = 1e3) -> str:
@@ -91,7 +81,7 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
         ]
         for c in cables(morphology, materials)
     ]
-    return _table(header, rows)
+    return csv_text([header, *rows]).encode()
 
 
 def _rods(morphology: Morphology, materials: Materials) -> bytes:
@@ -117,7 +107,7 @@ def _rods(morphology: Morphology, materials: Materials) -> bytes:
         ]
         for r in rods(morphology, materials)
     ]
-    return _table(header, rows)
+    return csv_text([header, *rows]).encode()
 
 
 def _joints(morphology: Morphology) -> bytes:
@@ -143,4 +133,4 @@ def _joints(morphology: Morphology) -> bytes:
         ]
         for j in joints(morphology)
     ]
-    return _table(header, rows)
+    return csv_text([header, *rows]).encode()

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import importlib.resources
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
@@ -18,6 +17,7 @@ from typing import Any, Final, Literal, get_args
 from engine import tensegrity as t
 from engine.errors import InvalidData
 from engine.fabrication.quantity import Source
+from engine.toml_file import parse_toml
 
 PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
 """Names of the materials files that ship with the project; the first is the default."""
@@ -309,10 +309,7 @@ def parse_materials(text: str, *, file: str) -> Materials:
     Raises:
         InvalidData: as for ``load_materials``.
     """
-    try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as e:
-        raise InvalidData(f"{file}: not a TOML file: {e}") from None
+    content = parse_toml(text, file=file)
     allowed = {"name", "fastener", "pull_test", *_TABLES}
     for key in content:
         if key not in allowed:

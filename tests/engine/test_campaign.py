@@ -79,3 +79,10 @@ def test_the_published_experiment_is_shipped():
     assert {r.config.evaluations for r in runs} == {45_000}
     assert {r.config.algorithm for r in runs} == {"dm-me", "map-elites", "vie-neat"}
     assert len(read_campaign(CAMPAIGNS / "quick.toml")) == 6
+
+
+def test_a_file_nested_beyond_all_measure_gets_one_line(tmp_path):
+    file = tmp_path / "deep.toml"
+    file.write_text("x = " + "[" * 100_000)
+    with pytest.raises(InvalidData, match=r"deep.toml: not a TOML file"):
+        read_campaign(file)
