@@ -17,6 +17,7 @@ from rich.console import Console
 
 from app.library import NEW_RUNS
 from engine.checkup import Finding, check_run
+from engine.computer import instruction_sets, processor_facts
 from engine.config import preset
 from engine.errors import TensAtlasError
 from engine.known_simulation import compare
@@ -96,18 +97,11 @@ def _version(package: str) -> str | None:
 
 
 def _processor() -> Finding:
-    name, features = platform.processor() or platform.machine(), ""
-    try:
-        facts = dict(
-            part
-            for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").split("\n\n")[0].splitlines()
-            if len(part := [p.strip() for p in line.split(":", 1)]) == 2
-        )
-        flags = facts.get("flags", "").split()
-        name = facts.get("model name", name)
+    facts, flags = processor_facts(), instruction_sets()
+    name = facts.get("model name", platform.processor() or platform.machine())
+    features = ""
+    if facts:  # only Linux says so
         features = ": " + (", ".join(f for f in _FEATURES if f in flags) or "none of " + ", ".join(_FEATURES))
-    except OSError:
-        pass  # only Linux says so
     n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return Finding("ok", f"{n} core{'s' if n > 1 else ''}, {name}{features}")
 

@@ -8,13 +8,13 @@ import platform
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 from mujoco import batch
 
+from engine.computer import processor_facts
 from engine.controller import Controller
 from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
@@ -134,11 +134,7 @@ def median_cpu(runs: Sequence[Timed]) -> float:
 
 def machine() -> str:
     """Return processor, cores and versions in one line."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        model = names[0].split(":", 1)[1].strip() if names else model
+    model = processor_facts().get("model name", platform.processor() or platform.machine())
     return (
         f"{model}, {os.cpu_count()} cores, Python {platform.python_version()},"
         f" MuJoCo {mujoco.mj_versionString()}"

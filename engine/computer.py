@@ -82,12 +82,23 @@ def differing(computers: Sequence[Computer]) -> list[str]:
     return lines
 
 
-def _simd() -> str:
-    """Return the instruction sets of ``_SIMD`` that the processor has; empty where nothing says so."""
+def processor_facts() -> dict[str, str]:
+    """Return what Linux says of the first processor, such as its ``model name``; elsewhere nothing."""
     try:
-        lines = _CPUINFO.read_text(encoding="ascii", errors="replace").splitlines()
-    except OSError:  # no Linux
-        return ""
-    flags = next((line for line in lines if line.lower().startswith(("flags", "features"))), "")
-    found = set(flags.partition(":")[2].split())
+        text = _CPUINFO.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return {}
+    lines = (line.partition(":") for line in text.split("\n\n")[0].splitlines())
+    return {name.strip(): value.strip() for name, colon, value in lines if colon}
+
+
+def instruction_sets() -> set[str]:
+    """Return the processor's features as the system names them; none where nothing says so."""
+    facts = processor_facts()
+    # ARM's are called otherwise
+    return set(facts.get("flags", facts.get("Features", "")).split())
+
+
+def _simd() -> str:
+    found = instruction_sets()
     return " ".join(name for name in _SIMD if name in found)
