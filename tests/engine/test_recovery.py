@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from made_up import MADE_UP, MadeUpEvaluator
+from run_hash import hash_of
 
 import engine.run
 from engine.algorithms.vie_neat import VieNeatConfig
@@ -35,11 +36,6 @@ def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "whole.tsmr"
     engine.run.evolve(path, SMALL)
     return path
-
-
-def hash_of(path):
-    with RunReader(path) as reader:
-        return reader.canonical_hash()
 
 
 def change(path, *statements):

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_up import MADE_UP, TINY, MadeUpEvaluator, examples, held
+from run_hash import hash_of
 
 import engine.run
 from engine.config import to_json
@@ -35,11 +36,6 @@ if path.exists():
 else:
     engine.run.evolve(path, config, observer=observer)
 """
-
-
-def hash_of(path):
-    with RunReader(path) as reader:
-        return reader.canonical_hash()
 
 
 def evolve(path, config=MADE_UP, **options):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from made_up import MADE_UP, TINY, held, made_up_evaluation
+from run_hash import hash_of
 
 import engine.run
 from engine.config import to_json
@@ -43,11 +44,6 @@ def observer(progress):
 
 engine.run.evolve(path, config, observer=observer)
 """
-
-
-def hash_of(path):
-    with RunReader(path) as reader:
-        return reader.canonical_hash()
 
 
 @pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "DM-ME, per module"])

@@ -8,8 +8,6 @@ import sys
 import time
 from pathlib import Path
 
-from engine.reader import RunReader
-
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = {
     **os.environ,
@@ -78,12 +76,6 @@ def wait_until(condition, seconds=60.0):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
-
-
-def hash_of(path):
-    """Return what equal runs share."""
-    with RunReader(path) as reader:
-        return reader.canonical_hash()
 
 
 def line_of(done):

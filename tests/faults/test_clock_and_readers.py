@@ -4,8 +4,9 @@ import dataclasses
 import sqlite3
 import time
 
-from faulty import hash_of, python
+from faulty import python
 from made_up import MADE_UP, made_up_evaluation
+from run_hash import hash_of
 
 import engine.run
 from engine.reader import RunReader

@@ -3,7 +3,8 @@
 import subprocess
 
 import pytest
-from faulty import hash_of, python
+from faulty import python
+from run_hash import hash_of
 
 from engine.reader import RunReader
 

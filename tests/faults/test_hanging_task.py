@@ -1,7 +1,8 @@
 """A task of the user's that does not return."""
 
 import pytest
-from faulty import SHORT, hash_of, line_of, tensatlas
+from faulty import SHORT, line_of, tensatlas
+from run_hash import hash_of
 
 from engine.reader import RunReader
 

@@ -3,7 +3,8 @@
 import json
 import signal
 
-from faulty import SHORT, hash_of, line_of, python, start, tensatlas, wait_until
+from faulty import SHORT, line_of, python, start, tensatlas, wait_until
+from run_hash import hash_of
 
 from engine.checkup import check_run
 from engine.lock import holder_of, is_being_written, lock_path
