@@ -23,7 +23,7 @@ import numpy as np
 import tyro
 
 from engine import run
-from engine.computer import this_computer
+from engine.computer import Origin, this_computer
 from engine.config import RunConfig, preset
 from engine.controller import Neat
 from engine.distributed.dask_workers import DaskWorkers, local_cluster
@@ -98,7 +98,7 @@ class SimulatedWorkers:
         found: list[tuple[Solution, Result | Died]] = []
         while self._events and self._events[0][0] <= self.now:
             solution = heapq.heappop(self._events)[2]
-            found.append((solution, Result((self._made_up(solution),), {}, this_computer(), 0.0)))
+            found.append((solution, Result(self._made_up(solution), None, Origin(this_computer()))))
         self._left_at = time.process_time()
         return found
 

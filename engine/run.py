@@ -7,7 +7,7 @@ import dataclasses
 import importlib.metadata
 import platform
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -265,6 +265,7 @@ def _work(
     n_new = n_failed = 0
     n_told = writer.n_told(algorithm.generation)
     under_way: deque[_UnderWay] = deque()
+    generation_of: dict[int, _UnderWay] = {}
 
     def report() -> None:
         if observer:
@@ -285,8 +286,20 @@ def _work(
         number = algorithm.generation + len(under_way)
         finished = {e.solution.number: e for e in writer.pending(number)}
         _check_pending(writer.path, finished, solutions)
-        under_way.append(_UnderWay(number, solutions, finished))
-        stream.submit([s for s in solutions if s.number not in finished])
+        generation = _UnderWay(number, solutions, finished)
+        under_way.append(generation)
+        waiting = [s for s in solutions if s.number not in finished]
+        generation_of.update((s.number, generation) for s in waiting)
+        stream.submit(waiting)
+
+    def save(group: Sequence[Evaluation]) -> None:
+        by_generation: dict[int, list[Evaluation]] = defaultdict(list)
+        for e in group:
+            generation = generation_of.pop(e.solution.number)
+            generation.finished[e.solution.number] = e
+            by_generation[generation.number].append(e)
+        for number, ours in by_generation.items():
+            writer.add_evaluations(number, ours, [stream.origin(e.solution.number) for e in ours])
 
     for solutions in algorithm.outstanding:
         begin(solutions)
@@ -299,13 +312,7 @@ def _work(
         oldest = under_way[0]
         while len(oldest.finished) < len(oldest.solutions):
             group = stream.collect()
-            for generation in under_way:
-                own = {s.number for s in generation.solutions}
-                if ours := [e for e in group if e.solution.number in own]:
-                    writer.add_evaluations(
-                        generation.number, ours, [stream.origin(e.solution.number) for e in ours]
-                    )
-                    generation.finished |= {e.solution.number: e for e in ours}
+            save(group)
             n_new += len(group)
             n_failed += sum(e.failure is not None for e in group)
             report()

@@ -53,11 +53,7 @@ class DaskWorkers:
     """
 
     def __init__(self, cluster: Any, *, keep_up: Callable[[], None] | None = None) -> None:
-        try:
-            import distributed
-        except ImportError:
-            raise ClusterError(EXTRA) from None
-        self._dask = distributed
+        self._dask = distributed = _distributed()
         self._keep_up = keep_up
         self._cluster = None if isinstance(cluster, str) else cluster
         where = cluster if isinstance(cluster, str) else cluster.scheduler_address
@@ -134,9 +130,7 @@ class DaskWorkers:
             for _ in range(min(n, len(self._queue))):
                 world, solution = self._queue.popleft()
                 key = f"tensatlas-{self._session}-{next(self._count)}"
-                future = self._client.submit(
-                    compute, world, [solution], key=key, pure=False, workers=[worker]
-                )
+                future = self._client.submit(compute, world, solution, key=key, pure=False, workers=[worker])
                 self._flying[key] = _Flight(solution, worker, future)
                 self._finished.add(future)
 
@@ -147,19 +141,16 @@ class DaskWorkers:
         try:
             # a result stays on its worker until it is fetched, and may be lost with it
             return flight.solution, future.result(timeout=FETCH_TIMEOUT)
-        except (self._dask.KilledWorker, self._dask.TimeoutError, TimeoutError):
+        except (self._dask.KilledWorker, TimeoutError):
             return flight.solution, LOST
         finally:
             future.release()
 
     @contextlib.contextmanager
     def _reachable(self) -> Iterator[None]:
-        from distributed.comm import CommClosedError
-        from distributed.utils import TimeoutError as DaskTimeout
-
         try:
             yield
-        except (CommClosedError, DaskTimeout, OSError, self._dask.CancelledError) as e:
+        except (OSError, self._dask.CancelledError) as e:  # a closed connection is an OSError of Dask's
             raise ClusterError(f"the Dask scheduler at {self._where} is gone: {_line(e)}") from None
 
 
@@ -169,10 +160,7 @@ def local_cluster(n_workers: int) -> Any:
     Raises:
         ClusterError: Dask is not installed.
     """
-    try:
-        import distributed
-    except ImportError:
-        raise ClusterError(EXTRA) from None
+    distributed = _distributed()
     report_deaths()
     return distributed.LocalCluster(
         n_workers=n_workers, threads_per_worker=1, processes=True, dashboard_address=None
@@ -184,6 +172,19 @@ def report_deaths() -> None:
     import dask
 
     dask.config.set({"distributed.scheduler.allowed-failures": 0})
+
+
+def _distributed() -> Any:
+    """Return Dask's package, which not everybody has.
+
+    Raises:
+        ClusterError: it is not installed.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise ClusterError(EXTRA) from None
+    return distributed
 
 
 def _line(error: BaseException) -> str:

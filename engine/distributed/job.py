@@ -1,4 +1,4 @@
-"""What a worker gets and gives back: solutions with all that decides their evaluations, and these.
+"""What a worker gets and gives back: a solution with all that decides its evaluation, and that.
 
 A job is small and pure: whichever worker computes it, and however often, the outcome is the same.
 """
@@ -10,13 +10,12 @@ import hashlib
 import platform
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from engine.computer import Computer, this_computer
+from engine.computer import Origin, this_computer
 from engine.config import RunConfig
 from engine.errors import ClusterError, TaskError
 from engine.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
@@ -44,16 +43,14 @@ class Result:
     """What became of a job.
 
     Attributes:
-        evaluations: of its solutions, in their order.
-        failures: the first failed simulation of each solution that has one, by its number.
-        computer: what computed it.
-        seconds: CPU time that it took.
+        evaluation: of its solution.
+        failed: its first simulation that failed, None if all went well.
+        origin: what computed it, in how many CPU seconds.
     """
 
-    evaluations: tuple[Evaluation, ...]
-    failures: dict[int, FailedTrial]
-    computer: Computer
-    seconds: float
+    evaluation: Evaluation
+    failed: FailedTrial | None
+    origin: Origin
 
 
 def world_of(config: RunConfig) -> World:
@@ -79,8 +76,8 @@ def source_version(source: bytes) -> str:
     return f"sha256:{hashlib.sha256(source).hexdigest()[:16]}"
 
 
-def compute(world: World, solutions: Sequence[Solution]) -> Result:
-    """Evaluate solutions on one thread of this process.
+def compute(world: World, solution: Solution) -> Result:
+    """Evaluate a solution on one thread of this process.
 
     Raises:
         ClusterError: the TensAtlas of this process has other robots than the one that asks.
@@ -93,10 +90,10 @@ def compute(world: World, solutions: Sequence[Solution]) -> Result:
             " the same there"
         )
     _load(world)
-    failures: dict[int, FailedTrial] = {}
+    failures: list[FailedTrial] = []
 
     def keep(failed: FailedTrial) -> str:
-        failures[failed.solution.number] = failed
+        failures.append(failed)
         return ""  # whoever asked keeps it, and says where
 
     config = world.config
@@ -107,12 +104,11 @@ def compute(world: World, solutions: Sequence[Solution]) -> Result:
         run_seed=config.seed,
         keep_failure=keep,
     )
-    found = {e.solution.number: e for group in evaluator.evaluate(solutions) for e in group}
+    ((evaluation,),) = evaluator.evaluate([solution])
     return Result(
-        evaluations=tuple(found[s.number] for s in solutions),
-        failures=failures,
-        computer=this_computer(),
-        seconds=time.process_time() - started,
+        evaluation=evaluation,
+        failed=failures[0] if failures else None,
+        origin=Origin(this_computer(), time.process_time() - started),
     )
 
 

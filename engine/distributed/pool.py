@@ -82,7 +82,7 @@ class PoolEvaluator:
         while self._n_open and not found:
             for solution, outcome in self._workers.wait():
                 if isinstance(outcome, Result):
-                    found += self._kept(outcome)
+                    found.append(self._kept(outcome))
                 elif (evaluation := self._repeat(solution, outcome)) is not None:
                     found.append(evaluation)
         self._n_open -= len(found)
@@ -100,15 +100,11 @@ class PoolEvaluator:
             return None
         return unfinished(self._world.config, solution, f"its worker died each time: {death.reason}")
 
-    def _kept(self, result: Result) -> list[Evaluation]:
-        """Return a job's evaluations, their failures kept."""
-        evaluations = []
-        for evaluation in result.evaluations:
-            number = evaluation.solution.number
-            self._origins[number] = Origin(result.computer, result.seconds / len(result.evaluations))
-            failed = result.failures.get(number)
-            if failed is not None and self._keep_failure is not None:
-                failure = f"{evaluation.failure}{self._keep_failure(failed)}"
-                evaluation = dataclasses.replace(evaluation, failure=failure)
-            evaluations.append(evaluation)
-        return evaluations
+    def _kept(self, result: Result) -> Evaluation:
+        """Return a job's evaluation, its failure kept."""
+        evaluation = result.evaluation
+        self._origins[evaluation.solution.number] = result.origin
+        if result.failed is None or self._keep_failure is None:
+            return evaluation
+        failure = f"{evaluation.failure}{self._keep_failure(result.failed)}"
+        return dataclasses.replace(evaluation, failure=failure)

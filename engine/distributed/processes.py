@@ -170,7 +170,7 @@ def _serve(connection: Connection, timeout: float, parent: int) -> None:
             faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
             outcome: Result | Exception
             try:
-                outcome = compute(job[0], [job[1]])
+                outcome = compute(*job)
             except TensAtlasError as e:
                 outcome = e
             except Exception:

@@ -16,11 +16,11 @@ from engine.records import from_row, to_row
 def test_a_job_gives_what_the_run_has(tiny_run):
     with RunReader(tiny_run[0]) as reader:
         expected = reader.evaluation(3)
-    result = compute(world_of(TINY), [expected.solution])
-    (found,) = result.evaluations
-    assert to_row(0, found) == to_row(0, expected)
-    assert result.computer == this_computer()
-    assert result.seconds > 0
+    result = compute(world_of(TINY), expected.solution)
+    assert to_row(0, result.evaluation) == to_row(0, expected)
+    assert result.failed is None
+    assert result.origin.computer == this_computer()
+    assert result.origin.seconds > 0
     assert hash_of(tiny_run[0]) == tiny_run[1]
 
 
@@ -28,7 +28,7 @@ def test_another_body_is_refused(tiny_run):
     with RunReader(tiny_run[0]) as reader:
         solution = reader.evaluation(0).solution
     with pytest.raises(ClusterError, match="another version"):
-        compute(dataclasses.replace(world_of(TINY), body="another"), [solution])
+        compute(dataclasses.replace(world_of(TINY), body="another"), solution)
 
 
 def test_what_no_worker_survives_can_be_stored(tiny_run):
