@@ -16,13 +16,12 @@ from typing import Any
 from rich.console import Console
 
 from app.commands import Campaign, Compare
-from app.progress import ProgressDisplay
-from app.workers import WorkerFlags, check, opened
+from app.computing import compute_run
+from app.workers import WorkerFlags, check
 from engine.campaign import PlannedRun, read_campaign
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.reader import RunReader
-from engine.run import evolve, resume
 
 POLL = 0.5
 ATTEMPTS = 2
@@ -142,12 +141,8 @@ def _run_one(job: dict[str, Any]) -> int:
     flags = job["flags"] | {"slurm": None if job["flags"]["slurm"] is None else Path(job["flags"]["slurm"])}
     path, console = Path(job["path"]), Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        with opened(WorkerFlags(**flags)) as workers, ProgressDisplay(console) as display:
-            common: dict[str, Any] = {"n_threads": flags["workers"], "workers": workers}
-            if path.exists():
-                resume(path, observer=display.update, **common)
-            else:
-                evolve(path, from_json(job["config"]), observer=display.update, **common)
+        config = None if path.exists() else from_json(job["config"])
+        compute_run(path, config, WorkerFlags(**flags), console)
     except TensAtlasError as e:
         console.print(f"tensatlas: {e}", markup=False)
         return 2

@@ -16,15 +16,14 @@ import tyro
 from rich.console import Console
 
 from app import commands as c
+from app.computing import compute_run
 from app.doctor import doctor
 from app.elites import find_elite
-from app.progress import ProgressDisplay
 from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
-from app.workers import WorkerFlags, opened
-from engine import run
+from app.workers import WorkerFlags
 from engine.computer import differing
 from engine.config import preset
 from engine.errors import InvalidData, TensAtlasError
@@ -183,14 +182,7 @@ def _work(path: Path, flags: WorkerFlags, config: Any, console: Console) -> None
     file = "" if config is None else get_task(config.task).file
     prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
     try:
-        with opened(flags) as workers, ProgressDisplay(console) as display:
-            computing: dict[str, Any] = {"n_threads": flags.workers, "workers": workers}
-            if config is None:
-                for change in run.changed_versions(path):
-                    console.print(f"tensatlas: note: {change}: results may differ", markup=False)
-                run.resume(path, observer=display.update, **computing)
-            else:
-                run.evolve(path, config, observer=display.update, **computing)
+        compute_run(path, config, flags, console)
     except KeyboardInterrupt:
         console.print(
             f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",

@@ -86,14 +86,8 @@ class Pen:
             p.lineTo(*map(float, point))
         if close:
             p.close()
-        if stroke is not None:
-            c.setStrokeColor(stroke)
-        if fill is not None:
-            c.setFillColor(fill)
-        c.setLineWidth(width)
         c.setLineJoin(1)
-        c.setDash(list(dash))
-        c.drawPath(p, stroke=int(stroke is not None), fill=int(fill is not None))
+        c.drawPath(p, **self._ink(stroke, fill, width, dash))
 
     def disc(
         self,
@@ -105,14 +99,7 @@ class Pen:
         width: float = 0.5,
     ) -> None:
         """Draw a disc."""
-        c = self.canvas
-        if fill is not None:
-            c.setFillColor(fill)
-        if stroke is not None:
-            c.setStrokeColor(stroke)
-        c.setLineWidth(width)
-        c.setDash([])
-        c.circle(*centre, radius, stroke=int(stroke is not None), fill=int(fill is not None))
+        self.canvas.circle(*centre, radius, **self._ink(stroke, fill, width))
 
     def box(
         self,
@@ -128,17 +115,23 @@ class Pen:
     ) -> None:
         """Draw a box, its corners rounded if asked for."""
         c = self.canvas
-        if fill is not None:
-            c.setFillColor(fill)
-        if stroke is not None:
-            c.setStrokeColor(stroke)
-        c.setLineWidth(line)
-        c.setDash([])
-        kinds = {"stroke": int(stroke is not None), "fill": int(fill is not None)}
+        kinds = self._ink(stroke, fill, line)
         if radius:
             c.roundRect(x, y, width, height, radius, **kinds)
         else:
             c.rect(x, y, width, height, **kinds)
+
+    def _ink(
+        self, stroke: Color | None, fill: Color | None, width: float, dash: tuple[float, ...] = ()
+    ) -> dict[str, int]:
+        """Take up colours and line; return what a shape of the canvas needs to be told of them."""
+        if stroke is not None:
+            self.canvas.setStrokeColor(stroke)
+        if fill is not None:
+            self.canvas.setFillColor(fill)
+        self.canvas.setLineWidth(width)
+        self.canvas.setDash(list(dash))
+        return {"stroke": int(stroke is not None), "fill": int(fill is not None)}
 
     def text(
         self,
