@@ -22,17 +22,13 @@ import time
 from pathlib import Path
 from typing import Any, Final
 
-import msgspec
 import numpy as np
 import tyro
-import viser
-import zstandard
 from rich.console import Console
-from viser import _messages
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
 
 from benchmarks.rows import Row, show
+from benchmarks.synthetic_browser import Message, SyntheticBrowser
 from benchmarks.timing import machine
 from engine.errors import RunFileError
 from engine.lock import is_being_written
@@ -46,18 +42,6 @@ LATE: Final = 15.0
 GROWTH: Final = 0.10
 """Share by which memory may grow in the second half of the time."""
 _CELL = re.compile(r'data-c="([a-z-]+:\d+(?:,\d+)+)" data-filled="1"')
-
-_CAMERA: Final = _messages.ViewerCameraMessage(
-    wxyz=(1.0, 0.0, 0.0, 0.0),
-    position=(1.0, 0.0, 0.0),
-    image_height=600,
-    image_width=800,
-    fov=1.0,
-    near=0.01,
-    far=100.0,
-    look_at=(0.0, 0.0, 0.0),
-    up_direction=(0.0, 0.0, 1.0),
-)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,50 +72,33 @@ class Client:
     def __init__(self, port: int, *, seed: int, pause: float) -> None:
         self._rng = random.Random(seed)
         self._pause = pause
-        self._socket: ClientConnection = connect(
-            f"ws://127.0.0.1:{port}/",
-            subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
-            compression=None,
-            max_size=None,
-        )
         self._maps: dict[str, str] = {}
-        self._uuids: dict[str, str] = {}
+        self._slider = ""
         self.seen: list[tuple[float, int]] = []
         """When it learnt of which newest generation."""
         self.n_messages = self.n_clicks = self.n_notices = 0
-        self.closed = ""
         self._stop = threading.Event()
-        # what a browser says first; a client exists from then on
-        self._socket.send(msgspec.msgpack.encode(_CAMERA.as_serializable_dict()))
-        self._threads = [threading.Thread(target=f, daemon=True) for f in (self._receive, self._click)]
-        for t in self._threads:
-            t.start()
+        self._browser = SyntheticBrowser(f"http://127.0.0.1:{port}", heard=self._take)
+        self._clicking = threading.Thread(target=self._click, daemon=True)
+        self._clicking.start()
+
+    @property
+    def broken(self) -> str:
+        """Why the connection ended, if it was not closed here."""
+        return self._browser.broken
 
     def close(self) -> None:
         """Go."""
         self._stop.set()
-        self._socket.close()
-        for t in self._threads:
-            t.join()
+        self._browser.close()
+        self._clicking.join()
 
-    def _receive(self) -> None:
-        unpack = zstandard.ZstdDecompressor()
-        try:
-            for raw in self._socket:
-                assert isinstance(raw, bytes)
-                size = int.from_bytes(raw[8:16], "little")
-                content = msgspec.msgpack.decode(unpack.decompress(raw[16 : 16 + size]))
-                for message in content["messages"]:
-                    self.n_messages += 1
-                    self._take(message)
-        except ConnectionClosed as e:
-            self.closed = "" if self._stop.is_set() else str(e)
-
-    def _take(self, message: dict[str, Any]) -> None:
+    def _take(self, message: Message) -> None:
+        self.n_messages += 1
         kind = message["type"]
-        if kind in ("GuiSliderMessage", "GuiTextMessage"):
-            self._uuids[message["props"]["label"]] = message["uuid"]
+        if kind == "GuiSliderMessage":
             if message["props"]["label"] == "Generation":
+                self._slider = message["uuid"]
                 self._newest(message["props"]["max"])
         elif kind == "GuiHtmlMessage":
             self._maps[message["uuid"]] = message["props"]["content"]
@@ -141,7 +108,7 @@ class Client:
             updates = message["updates"]
             if "content" in updates:
                 self._maps[message["uuid"]] = updates["content"]
-            if message["uuid"] == self._uuids.get("Generation") and "max" in updates:
+            if message["uuid"] == self._slider and "max" in updates:
                 self._newest(updates["max"])
 
     def _newest(self, generation: float) -> None:
@@ -150,15 +117,10 @@ class Client:
     def _click(self) -> None:
         while not self._stop.wait(self._rng.expovariate(1.0 / self._pause)):
             cells = [c for content in list(self._maps.values()) for c in _CELL.findall(content)]
-            if cells and "clicks" in self._uuids:
+            if cells:
                 self.n_clicks += 1
-                nonce = int(1000 * time.time())
-                self._send("clicks", f"{self._rng.choice(cells)}|{nonce}")
-
-    def _send(self, label: str, value: Any) -> None:
-        message = {"type": "GuiUpdateMessage", "uuid": self._uuids[label], "updates": {"value": value}}
-        with contextlib.suppress(ConnectionClosed):
-            self._socket.send(msgspec.msgpack.encode(message))
+                with contextlib.suppress(ConnectionClosed):
+                    self._browser.click(self._rng.choice(cells))
 
 
 @dataclasses.dataclass
@@ -268,9 +230,9 @@ def _rows(s: Samples, closed_at: dict[int, float], clients: list[Client], *, ali
         Row("notices to browsers", str(sum(c.n_notices for c in clients)), ""),
         Row(
             "connections that broke",
-            str(sum(bool(c.closed) for c in clients)),
+            str(sum(bool(c.broken) for c in clients)),
             "0",
-            not any(c.closed for c in clients),
+            not any(c.broken for c in clients),
         ),
     ]
     return rows

@@ -43,9 +43,12 @@ class SyntheticBrowser:
     Args:
         address: of the app, as it prints it.
         patience: seconds after which a wait fails.
+        heard: called with every message, as it comes.
     """
 
-    def __init__(self, address: str, patience: float = 120.0) -> None:
+    def __init__(
+        self, address: str, patience: float = 120.0, heard: Callable[[Message], None] | None = None
+    ) -> None:
         place = urllib.parse.urlsplit(address)
         query = f"?{place.query}" if place.query else ""
         self._patience = patience
@@ -54,7 +57,10 @@ class SyntheticBrowser:
         self._n_messages = 0
         self._nonce = itertools.count(1)
         self._uuids: dict[str, str] = {}
+        self._heard = heard
         self._closed = False
+        self.broken = ""
+        """Why the connection ended, if it was not closed here."""
         self.generation = -1
         """That the maps show; for whoever moves the slider to remember."""
         self.n_bytes = 0
@@ -130,8 +136,8 @@ class SyntheticBrowser:
             for data in self._socket:
                 assert isinstance(data, bytes)
                 self._take(data)
-        except ConnectionClosed:
-            pass
+        except ConnectionClosed as e:
+            self.broken = "" if self._closed else str(e)
         finally:
             self._closed = True
 
@@ -150,6 +156,8 @@ class SyntheticBrowser:
                     self._uuids[label] = message["uuid"]
                 self._messages.append((self._n_messages, moment, message))
                 self._n_messages += 1
+                if self._heard is not None:
+                    self._heard(message)
             self._news.notify_all()
 
 

@@ -12,13 +12,13 @@ import msgspec
 import pytest
 import viser
 import zstandard
-from viser import _messages
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from app.access import Access
 from app.explore import serve_sessions
 from app.viser_private import Gate
+from benchmarks.synthetic_browser import CAMERA
 
 TOKEN = "a-token-of-the-test"
 N_CLIENTS = 20
@@ -116,18 +116,7 @@ def test_twenty_clients_at_once_each_get_a_session_of_their_own() -> None:
 
 def say_camera(socket: ClientConnection) -> None:
     """Send what a browser sends first; a client exists from then on."""
-    camera = _messages.ViewerCameraMessage(
-        wxyz=(1.0, 0.0, 0.0, 0.0),
-        position=(1.0, 0.0, 0.0),
-        image_height=600,
-        image_width=800,
-        fov=1.0,
-        near=0.01,
-        far=100.0,
-        look_at=(0.0, 0.0, 0.0),
-        up_direction=(0.0, 0.0, 1.0),
-    )
-    socket.send(msgspec.msgpack.encode(camera.as_serializable_dict()))
+    socket.send(msgspec.msgpack.encode(CAMERA))
 
 
 def received(socket: ClientConnection) -> list[dict]:
