@@ -148,6 +148,9 @@ class _Replacement:
         for name in ended:
             self._cluster.worker_spec.pop(name, None)
         if ended:
+            # Dask gives a new job the name of the old one, and begins it only once that is forgotten
+            self._cluster.scale(jobs=len(self._cluster.worker_spec))
+        elif len(self._cluster.worker_spec) < self._jobs:
             self._cluster.scale(jobs=self._jobs)
 
 
