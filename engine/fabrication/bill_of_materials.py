@@ -127,8 +127,8 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
                 quantity=morphology.n_modules,
                 mass=ballast,
                 source=Source.ASSUMED,
-                note="lead or steel on the servo rod, on the side away from the servo: makes a module as"
-                " heavy as the simulated one",
+                note="lead or steel on the servo rod, beside the cap of node 1: makes a module as heavy as the"
+                " simulated one",
             ),
         )
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
@@ -216,8 +216,8 @@ def _rods(morphology: Morphology, materials: Materials) -> list[Part]:
                 mass=of_kind[0].cut_mass,
                 source=Source.ASSUMED,
                 note=f"{materials.rod.material}; {len(of_kind) // morphology.n_modules} per module;"
-                f" {_milli(of_kind[0].length)} mm from node to node with its caps; all"
-                f" {plan.pieces} pieces come from {plan.stock_rods} of {_milli(plan.stock_length)} mm",
+                f" {1e3 * of_kind[0].length:g} mm from node to node with its caps; all"
+                f" {plan.pieces} pieces come from {plan.stock_rods} of {1e3 * plan.stock_length:g} mm",
             )
         )
     return result

@@ -9,17 +9,12 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from typing import Final
 
 import numpy as np
 
 from engine import tensegrity as t
+from engine.fabrication import tolerances
 from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module
-
-LENGTH_TOLERANCE: Final = 0.0005
-"""How exactly an internal cable is to be tied, in m, at both ends of the servo's travel; assumed."""
-STIFFNESS_TOLERANCE: Final = 0.1
-"""What the stiffness of a module's cables may be off by; assumed."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +26,7 @@ class Distance:
         released: in m, servo at 0 degrees.
         contracted: in m, servo at 180 degrees.
         tolerance: what it may differ by, in m: what follows from internal cables that are all off by
-            ``LENGTH_TOLERANCE``, and the stiffness' share of the stroke.
+            ``tolerances.INTERNAL_CABLE``, and the stiffness' share of the stroke.
     """
 
     nodes: tuple[int, int]
@@ -48,8 +43,8 @@ def contraction(level: int) -> tuple[Distance, ...]:
         for command, off in (
             (RELEASED, 0.0),
             (CONTRACTED, 0.0),
-            (CONTRACTED, LENGTH_TOLERANCE),
-            (CONTRACTED, -LENGTH_TOLERANCE),
+            (CONTRACTED, tolerances.INTERNAL_CABLE),
+            (CONTRACTED, -tolerances.INTERNAL_CABLE),
         )
     )
     pairs = sorted(itertools.combinations(sorted(t.SERVO_NODES), 2))
@@ -61,7 +56,7 @@ def contraction(level: int) -> tuple[Distance, ...]:
             contracted=float(contracted[p]),
             tolerance=float(
                 max(abs(long[p] - contracted[p]), abs(short[p] - contracted[p]))
-                + STIFFNESS_TOLERANCE * (released[p] - contracted[p])
+                + tolerances.STIFFNESS * (released[p] - contracted[p])
             ),
         )
         for p in pairs[:3]

@@ -46,7 +46,8 @@ HEAD: Final = (1.6, 0.8)
 """Radius and height of the knob that keeps the ring on the neck, in mm."""
 LINK_HOLE: Final = 2.2
 LINK_WALL: Final = 0.8
-"""Of a link: its holes stretch onto the necks; between them is one wall, so they lie 3 mm apart."""
+LINK_PITCH: Final = LINK_HOLE + LINK_WALL
+"""Of a link: its holes stretch onto the necks; between them is one wall; from middle to middle, in mm."""
 LINK_THICKNESS: Final = 1.0
 
 
@@ -64,7 +65,8 @@ class PrintedPart:
         min_wall: what its walls were checked against, in mm.
         thin_area: largest area in a slice that is thinner than that, in mm2.
         fits: whether it lies inside the printer's bed.
-        note: what it is for and how to print it.
+        note: what it is for.
+        print_it: how to print it.
     """
 
     name: str
@@ -77,6 +79,7 @@ class PrintedPart:
     thin_area: float
     fits: bool
     note: str
+    print_it: str
 
     @property
     def walls_hold(self) -> bool:
@@ -119,8 +122,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                     modules,
                     net_solid(net, design),
                     materials,
-                    "the 24 cables of a module in one piece; print it solid, lines along the cables,"
-                    " this side up = outside",
+                    "the 24 cables of a module in one piece",
+                    "as it lies, no support; lines along the cables; this side up = outside",
                     flexible=True,
                 )
             )
@@ -131,8 +134,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 modules,
                 cap(design, materials.printer),
                 materials,
-                f"on every rod end; the cables lie {1e3 * design.tail:.1f} mm along it; print it on its"
-                " sleeve's end, crown up",
+                f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
+                "on its sleeve's end, crown up, with a brim, no support",
             )
         )
     result += [
@@ -142,8 +145,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             everywhere,
             laid(servo_mount(materials.servo, materials.printer)),
             materials,
-            "on the middle of each servo rod; holds the servo and guides its five lines; print it on its"
-            " plate, the guide up",
+            "on the middle of each servo rod; holds the servo and guides its five lines",
+            "on its plate, the ball up; support below tube and ball; drill the ball's holes free",
             # where a slanting hole leaves a ball its rim is sharp, which is no thin wall
             walls=laid(mount_blank(materials.servo, materials.printer)),
         ),
@@ -153,8 +156,9 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             everywhere,
             servo_drum(materials.servo),
             materials,
-            "the servo's arm: five grooves that wind the internal cables while it turns counter-clockwise,"
-            " seen from above; print it wide end down",
+            "five grooves that wind the internal cables while it turns counter-clockwise, seen from the"
+            " shaft's end",
+            "wide end down; no support, but clear the grooves with a blade until a line slides freely",
         ),
     ]
     if n > 1:
@@ -165,7 +169,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 everywhere,
                 link(),
                 materials,
-                "ties two rod ends of neighbouring modules; print it of flexible material",
+                "ties two rod ends of neighbouring modules",
+                "flat, no support",
                 flexible=True,
             )
         )
@@ -177,7 +182,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 everywhere,
                 coupon_solid(coupon(morphology, materials)),
                 materials,
-                "for the pull test; print it with the net's settings",
+                "for the pull test",
+                "first; flat, lines along it, exactly as the net will be printed",
                 flexible=True,
             )
         )
@@ -191,6 +197,7 @@ def _part(
     solid: Manifold,
     materials: Materials,
     note: str,
+    print_it: str,
     *,
     flexible: bool = False,
     walls: Manifold | None = None,
@@ -216,6 +223,7 @@ def _part(
         thin_area=solids.thin_area(walls or solid, wall),
         fits=all(s <= 1e3 * b + 1e-6 for s, b in zip(size, bed, strict=True)),
         note=note,
+        print_it=print_it,
     )
 
 
@@ -304,7 +312,7 @@ def notch_width(design: CableDesign) -> float:
 
 def link() -> Manifold:
     """Return the strap that joins two rod ends."""
-    apart = (LINK_HOLE + LINK_WALL) / 2
+    apart = LINK_PITCH / 2
     outer = LINK_HOLE / 2 + 1.2
     shape = LineString([(-apart, 0), (apart, 0)]).buffer(outer, quad_segs=12)
     holes = unary_union([Point(x, 0).buffer(LINK_HOLE / 2, quad_segs=12) for x in (-apart, apart)])

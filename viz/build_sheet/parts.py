@@ -60,8 +60,9 @@ def _rods(facts: Facts, materials: Materials, width: float) -> Flowable:
     text = (
         f"The stock of {1000 * materials.rod.stock_length:g} mm is shorter than a piece: buy longer rods."
         if plan is None
-        else f"{plan.pieces} pieces in all: {plan.stock_rods} rods of {1000 * plan.stock_length:g} mm give"
-        f" {plan.pieces_per_stock} pieces each, saw cuts of {1000 * materials.rod.kerf:g} mm included."
+        else f"{plan.pieces} pieces in all: a rod of {1000 * plan.stock_length:g} mm gives"
+        f" {plan.pieces_per_stock}, saw cuts of {1000 * materials.rod.kerf:g} mm included; order"
+        f" {plan.stock_rods}."
     )
     table = blocks.grid(
         header, rows, blocks.columns(width, 18, 11, 10, 14, 16, 14, 17), right=(2, 3, 4, 5, 6)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from engine import tensegrity as t
-from engine.fabrication.contraction import LENGTH_TOLERANCE, contraction
+from engine.fabrication import tolerances
+from engine.fabrication.contraction import contraction
 from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module
 
 
@@ -24,6 +25,6 @@ def test_a_soft_module_contracts_more_and_a_badly_tied_one_is_found():
     for level in (1, 4, 10):
         d = contraction(level)[0]
         a, b = d.nodes
-        far = floating_module(level, CONTRACTED, 20 * LENGTH_TOLERANCE).nodes
+        far = floating_module(level, CONTRACTED, 20 * tolerances.INTERNAL_CABLE).nodes
         assert abs(np.linalg.norm(far[a] - far[b]) - d.contracted) > d.tolerance
         assert 0 < d.tolerance < (d.released - d.contracted) / 4
