@@ -127,7 +127,8 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
                 quantity=morphology.n_modules,
                 mass=ballast,
                 source=Source.ASSUMED,
-                note="lead or steel on the servo rod, beside the cap of node 1: makes a module as heavy as the"
+                note="lead or steel on the servo rod, beside the cap of node 1: makes a module as"
+                " heavy as the"
                 " simulated one",
             ),
         )
@@ -240,7 +241,7 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     diameter=design.section.width,
                     mass=materials.cable.density * design.section.area * cut,
                     source=materials.cable_source,
-                    note=f"{materials.cable.material}; {_milli(design.path)} mm from knot to knot"
+                    note=f"{materials.cable.material}; {1e3 * design.path:.1f} mm from knot to knot"
                     f" unstretched; modules {_list(modules)}",
                 )
             )

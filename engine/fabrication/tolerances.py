@@ -20,4 +20,4 @@ MASS: Final = 0.1
 LINK: Final = 0.001
 """Of the distance of joined nodes where the robot rests, in m."""
 SIZE: Final = 0.005
-"""Of the settled robot's length, width and height, in m."""
+"""Of the settled robot's width and height, in m; of its length, with ``LINK`` for every joint besides."""

@@ -32,7 +32,6 @@ from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
 from viz.build_sheet.style import Paper
 
 CAMERA: Final = clearest(t.NODES, range(-44, 46, 4), range(12, 40, 3))
-PICTURE_HEIGHT: Final = 128.0
 CHECK: Final = "Check the module"
 PAIRS: Final = ((0, 1), (2, 3), (4, 5))
 """Parallel rods; the pairs are perpendicular to each other."""
@@ -82,13 +81,14 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 _contraction(facts, paper.inner_width),
                 blocks.gap(2),
                 blocks.note(
-                    "Simulated, without weight: hold the module by rod 0 and measure with calipers from cap to"
+                    "Simulated, without weight: hold the module by rod 0 and measure with calipers"
+                    " from cap to"
                     " cap, where the cables leave (the node). <b>Shrinks too little:</b> a line slips or is"
                     " too long at 0°, its elastic is too soft, or the cables are too stiff. <b>Too much, or"
                     " a0 is off already:</b> a line is too short, or the cables are too soft. If the lines"
                     " are right, repeat the pull test with a piece of this module's material and export"
-                    " again. Below 0.4 of stiffness gravity shows: standing on the table, a module differs"
-                    " by some millimetres more."
+                    " again. Standing on the table a module sags, a soft one by some millimetres: measure in"
+                    " the hand."
                 ),
             ]
         ),
@@ -105,7 +105,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             " outside), and write the node numbers beside its rings."
         )
         how = (
-            f"A ring's hole of {1000 * EYELET_HOLE:.1f} mm grips the rod of {ROD_DIAMETER:.1f} mm: pull it over"
+            f"A ring's hole of {1000 * EYELET_HOLE:.1f} mm grips the rod of {ROD_DIAMETER:.1f}"
+            " mm: pull it over"
             " with a crochet hook, with a little soapy water if it sticks."
         )
     else:
@@ -133,9 +134,11 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "Servo, mount and drum",
-            "On the bench: put the servo into the window of its mount, shaft to the side of the ball, and screw"
+            "On the bench: put the servo into the window of its mount, shaft to the side of"
+            " the ball, and screw"
             " its ears down. Plug it in and type a0 (“Program”). Press the drum on the shaft, wide end first,"
-            " with a drop of glue on the splines. Knot a line through the hole in the flange above each groove"
+            " with a drop of glue on the splines. Knot a line through the hole in the flange"
+            " above each groove"
             " and lay it round the groove, a quarter to one turn clockwise seen from the ball's side."
             " Slide the mount on the middle of rod 0, servo towards node 0; it is glued in step 7.",
             (),
@@ -160,7 +163,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "Third pair: rods 4 and 5",
-            f"{rings[0].upper()}{rings[1:]} of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on rod 5, across both"
+            f"{rings[0].upper()}{rings[1:]} of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on"
+            " rod 5, across both"
             " other pairs. Compare every node with the table of neighbours now: later it cannot be changed.",
             PAIRS[2],
             (*PAIRS[0], *PAIRS[1]),
@@ -169,7 +173,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             "Caps: they stretch the net",
             "On each end, one rod after the other: a drop of glue into the cap, push it over the rod"
             f" until the rod meets its bottom. Its sleeve drives the {ring} to {tail}"
-            f" (± {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the four notches of"
+            f" (± {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the"
+            " four notches of"
             f" the crown; the two notches {inner:.0f}° apart look to the module's middle, the two"
             f" {outer:.0f}° apart away from it. Nothing"
             " is to be tightened: the lengths make the tension. The last ends need most force: a second"
@@ -180,12 +185,15 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         Step(
             "Internal cables",
             "Turn the mount until its ball points to the middle between nodes"
-            f" {opposite[0]} and {opposite[1]}, and glue it. Lead each line with a needle into the wide hole of"
+            f" {opposite[0]} and {opposite[1]}, and glue it. Lead each line with a needle into"
+            " the wide hole of"
             " the ball and out of the hole that looks to its node. Tie on the elastic (“Wiring”) and"
             " a small loop of line; from first knot to loop's end"
-            f" at most {reach - 1:.0f} mm. At a0, hang {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g on the loop: from"
+            f" at most {reach - 1:.0f} mm. At a0, hang {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g"
+            " on the loop: from"
             " ball to loop it must measure what the table under “Wiring” says for 0°,"
-            f" ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put the loop over the neck of the node's cap."
+            f" ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put the loop over the neck of"
+            " the node's cap."
             " Tie the servo's wire to rod 0, clear of the lines."
             + (
                 f" Glue {1000 * ballast:.1f} g of ballast to rod 0 beside the cap of node 1."
@@ -199,9 +207,11 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         Step(
             CHECK,
             "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs"
-            f" at right angles. Node to node along a cable it measures {_centi(_span(design))} cm. If two cables"
+            f" at right angles. Node to node along a cable it measures {_centi(_span(design))}"
+            " cm. If two cables"
             " cross, take the last caps off and put the rod in again. Weigh it"
-            f" ({1000 * MODULE_MASS:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180 and compare with"
+            f" ({1000 * MODULE_MASS:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180"
+            " and compare with"
             " the table below. Write its number on the servo mount.",
             (),
             every,
@@ -251,7 +261,9 @@ def _step(paper: Paper, number: int, step: Step) -> Flowable:
     width = paper.inner_width
     left = 0.44 * width
     draw = step.detail or (lambda pen: draw_step(pen, step))
-    picture = Picture(left, PICTURE_HEIGHT, draw, f"step {number}")
+    # four steps fill a page, or three and the table of measures
+    height = 0.4 * paper.inner_height - 151
+    picture = Picture(left, height, draw, f"step {number}")
     text = [
         Paragraph(f"{number}. {step.title}", style.SUBHEADING),
         Paragraph(step.text, style.BODY),
@@ -292,9 +304,9 @@ def draw_step(pen: Pen, step: Step) -> None:
             continue
         fresh = between & set(step.new) or step.title == CHECK
         things.append(Tube(p, q, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
-    if step.servo or loose:
-        servo = body.servo(0)
-        things += servo if step.servo else servo[:2]
+    if not loose:
+        arm = body.servo(0)
+        things += arm if step.servo else arm[:2]
     paint(pen, view, things, thinnest=0.7)
     label_nodes(pen, view, body.nodes[0], sorted(n for r in rods for n in t.RODS[r]))
 

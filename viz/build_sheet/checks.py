@@ -24,7 +24,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         _tolerances(facts, materials, paper.inner_width),
         blocks.heading("Checks"),
         blocks.body("Tick each; do not go on if one fails."),
-        _checks(facts, materials, paper.inner_width),
+        _checks(facts, paper.inner_width),
     ]
 
 
@@ -108,20 +108,23 @@ def _stiffness(facts: Facts) -> str:
     return ", ".join(f"{v:.2f}" for v in values) + " N/m"
 
 
-def _checks(facts: Facts, materials: Materials, width: float) -> Flowable:
+def _checks(facts: Facts, width: float) -> Flowable:
     length, breadth, height = (100 * v for v in facts.size)
+    along = tol.SIZE + (facts.morphology.n_modules - 1) * tol.LINK
     friction = facts.config.physics.friction
     angle = np.degrees(np.arctan(friction))
     checks = [
         (
             "Pull test",
-            "The coupon or cord, pulled as “Pull test of the cable material” says, has the stated force within"
+            "The coupon or cord, pulled as “Pull test of the cable material” says, has the"
+            " stated force within"
             f" {100 * tol.STIFFNESS:.0f} %. If not: enter the measurement into the materials file and export"
             " again, before anything else is made.",
         ),
         (
             "Every servo",
-            f"From a0 to a180 it turns by 180° ± {tol.TRAVEL:.0f}°, counter-clockwise seen from its shaft, and"
+            f"From a0 to a180 it turns by 180° ± {tol.TRAVEL:.0f}°, counter-clockwise seen from"
+            " its shaft, and"
             " does not hum at the ends. If not: steps 4 and 5 of “Program”.",
         ),
         (
@@ -140,14 +143,15 @@ def _checks(facts: Facts, materials: Materials, width: float) -> Flowable:
         ),
         (
             "Whole robot, servos off, on the floor",
-            f"{length:.1f} cm long, {breadth:.1f} cm wide, {height:.1f} cm high, each ±"
-            f" {100 * tol.SIZE:.1f} cm; it rests on the nodes named under “Settled modules”. If it lies on"
+            f"{length:.1f} cm long (± {100 * along:.1f} cm), {breadth:.1f} cm wide, {height:.1f} cm high (±"
+            f" {100 * tol.SIZE:.1f} cm); it rests on the nodes named under “Settled modules”. If it lies on"
             " others, set it down on these. If it is lower, cables are too soft or a module too heavy.",
         ),
         (
             "Floor",
             "A loose rod with caps, laid along the slope of a tilted piece of the floor, begins to slide at"
-            f" {angle:.0f}° (friction {friction:g}). If not: put paper or cloth on the floor, or expect another"
+            f" {angle:.0f}° (friction {friction:g}). If not: put paper or cloth on the floor,"
+            " or expect another"
             " way of crawling.",
         ),
         (

@@ -20,7 +20,7 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     sleeve = bore + 1e3 * materials.printer.min_wall
     crown, knob = sleeve + p.CROWN_TEETH, p.CROWN_ABOVE + p.NECK + p.HEAD[1]
     bare = 7.0
-    scale = min((pen.width - 24) / (tail + bare + knob), 8.5)
+    scale = min((pen.width - 24) / (tail + bare + knob), (pen.height / 2 - 34) / crown)
     x0, y0 = pen.width - 10 - scale * knob, pen.height / 2
 
     def at(x: float, y: float) -> tuple[float, float]:
@@ -41,10 +41,12 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
         b = at(-tail, side * (sp.ROD_DIAMETER / 2 + ring))
         low, high = min(a[1], b[1]), max(a[1], b[1])
         pen.box(a[0], low, b[0] - a[0], high - low, fill=style.CABLE, stroke=None)
-        path = [(-tail, sleeve + 0.35), (-0.1, sleeve + 0.35), (0.0, 1.7), (-1.6, sleeve + p.CROWN_TEETH + 4)]
+        path = [(-tail, sleeve + 0.35), (-0.1, sleeve + 0.35), (0.0, 1.7), (-1.0, sleeve + p.CROWN_TEETH + 2)]
         pen.path([at(x, side * y) for x, y in path], stroke=style.CABLE, width=2.0)
     x, y = at(0.0, 0.0)
-    pen.line((x, y - scale * crown - 22), (x, y + scale * crown + 4), color=style.LINK, width=0.8, dash=(3, 2))
+    pen.line(
+        (x, y - scale * crown - 22), (x, y + scale * crown + 4), color=style.LINK, width=0.8, dash=(3, 2)
+    )
     below = y - scale * crown - 16
     pen.dimension((at(-tail, 0)[0], below), (x, below), f"{tail:.1f} mm", ticks=(y - scale * sleeve,) * 2)
     pen.text(x + 2, below - 14, "node", align="centre", color=style.LINK, bold=True)
@@ -56,8 +58,8 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     pen.text(where + 92, y + scale * crown + 22, "cap", color=style.SERVO, bold=True)
     pen.line((where + 101, y + scale * crown + 20), at(-0.25 * tail, 0.5 * (sleeve + bore)), width=0.4)
     pen.text(where, y - 3, "rod", bold=True)
-    pen.text(pen.width - 4, y + scale * crown + 34, "neck for the link", align="right", color=style.SOFT)
-    pen.line((pen.width - 20, y + scale * crown + 32), at(p.CROWN_ABOVE + p.NECK / 2, p.NECK), width=0.4)
+    pen.text(pen.width - 10, y + scale * crown + 22, "neck", align="right", color=style.SOFT)
+    pen.line((pen.width - 20, y + scale * crown + 20), at(p.CROWN_ABOVE + p.NECK / 2, p.NECK), width=0.4)
 
 
 def draw_drum(pen: Pen, motor: ServoMotor) -> None:

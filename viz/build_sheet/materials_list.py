@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reportlab.platypus import Flowable
+from reportlab.platypus import CondPageBreak, Flowable
 
 from engine.fabrication.bill_of_materials import MassBalance, Part, mass_balance, parts
 from engine.fabrication.materials import Materials
@@ -13,7 +13,8 @@ from viz.build_sheet.parts import module_names
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
-    "3D printer for flexible and for rigid filament (for cords: scissors, a board, 15 nails); drill of 1.2 mm",
+    "3D printer for flexible and for rigid filament (for cords: scissors, a board, 15"
+    " nails); drill of 1.2 mm",
     "fine saw or cutter for the rods, sandpaper, calipers, a ruler of 30 cm, a scale that reads 0.1 g",
     "crochet hook or blunt tweezers to pull rings over rod ends, needle, water-proof pen, numbered stickers;"
     " weights of 10 and 50 g (coins)",
@@ -44,9 +45,11 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     return [
         *shopping.pages(facts, materials, paper),
         *_problems(facts, materials),
+        CondPageBreak(260),
         blocks.heading("Bill of materials"),
         blocks.body(
-            f"The parts of the finished robot with their masses, materials “{style.escaped(materials.name)}” (file materials.toml in the"
+            "The parts of the finished robot with their masses, materials"
+            f" “{style.escaped(materials.name)}” (file materials.toml in the"
             " folder; it can"
             " be edited, and the robot exported again with it)."
             + (f" All masses in this table are <b>{sources.pop()}</b>." if len(sources) == 1 else "")

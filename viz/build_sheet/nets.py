@@ -64,7 +64,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.note(
             "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain."
             " The three"
-            " nodes of a coloured face are the ones to tie; which to which is in the orientation table. Here the"
+            " nodes of a coloured face are the ones to tie; which to which is in the"
+            " orientation table. Here the"
             " net is drawn as one band, not as it is printed."
         ),
         table,

@@ -161,7 +161,7 @@ def _cable_table(
     pairs = [[*rows[k], *rows[k + half]] for k in range(half)]
     header = ["nodes", "built (mm)", "rest (mm)", *(["cut (mm)"] if cord else []), "tension (N)"]
     header += ["k (N/m)", "area (mm²)"]
-    shares = [8, 8, 8, *([8] if cord else []), 9, 8, 8]
+    shares = [8, 8, 8, *([7] if cord else []), 11 if cord else 9, 8, 8]
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
     where = module_names(modules)
@@ -192,7 +192,9 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     c = coupon(facts.morphology, materials)
     piece = (
         f"Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings: {1000 * c.width:.2f} ×"
-        f" {1000 * c.thickness:.2f} mm over {1000 * c.gauge_length:.0f} mm."
+        f" {1000 * c.thickness:.2f} mm, and draw two marks {1000 * c.gauge_length:.0f} mm"
+        " apart at the ends of the"
+        " narrow strip."
         if c.grip_length
         else f"Take a piece of the cord with two marks {1000 * c.gauge_length:.0f} mm apart."
     )
@@ -210,7 +212,9 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
             " found into"
             " the table [pull_test] of the materials file (length, area, force, extension, and the largest"
             " strain from"
-            " which it springs back) and export again: all sections on this sheet then follow from it."
+            " which it springs back) and export again with --materials and that file: all"
+            " sections on this sheet then"
+            " follow from it."
         ),
     ]
 

@@ -90,8 +90,12 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
             name = f"{style.escaped(materials.cable.material)}, Ø {1000 * diameter:g} mm"
             rows.append([name, f"{math.ceil(SPARE * length)} m", "passive cables, with a quarter more"])
     rows += [
-        [style.escaped(motor.model), str(n), f"{motor.torque:g} N m at {motor.voltage:g} V; measure it:"
-         " clones differ, the mount follows materials.toml"],
+        [
+            style.escaped(motor.model),
+            str(n),
+            f"{motor.torque:g} N m at {motor.voltage:g} V; measure it:"
+            " clones differ, the mount follows materials.toml",
+        ],
     ]
     rows += [
         [style.escaped(f.model), str(n * f.per_module), style.escaped(f.use)] for f in materials.fasteners
@@ -109,15 +113,22 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         each = f"{n} × {1000 * ballast:.2f} g"
         rows.append(["ballast: lead or steel, in pieces", each, "one per module"])
     rows += [
-        [style.escaped(materials.board.model), "1", "with its USB cable; at least"
-         f" {n} free digital pins"],
+        [style.escaped(materials.board.model), "1", f"with its USB cable; at least {n} free digital pins"],
         [
             f"supply of {motor.voltage:g} V, switch, capacitor of 470 to 1000 µF for 10 V or more",
             f"1 each, ≥ {n * motor.stall_current:.1f} A",
             style.escaped(materials.battery.model),
         ],
-        ["stranded wire, pin headers for the servos' plugs", f"{3 * n} leads", "as long as the robot is to go"],
-        ["camera above the floor, or another sensor", "1", "only to steer to a target; rhythm alone needs none"],
+        [
+            "stranded wire, pin headers for the servos' plugs",
+            f"{3 * n} leads",
+            "as long as the robot is to go",
+        ],
+        [
+            "camera above the floor, or another sensor",
+            "1",
+            "only to steer to a target; rhythm alone needs none",
+        ],
     ]
     return rows
 

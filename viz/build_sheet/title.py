@@ -82,7 +82,8 @@ def _identity(facts: Facts, width: float) -> Flowable:
     table = blocks.grid((), cells, blocks.columns(width, 20, 30, 20, 30))
     code = facts.robot_hash
     line = blocks.note(
-        f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}. The QR code holds id, run, cell and"
+        f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}. The QR code holds"
+        " id, run, cell and"
         " the robot's address in the explorer."
     )
     return blocks.together([table, blocks.gap(2), line])
@@ -104,10 +105,12 @@ def _how_to(facts: Facts) -> list[Flowable]:
         " material before you make the cables.",
         "<b>Wire and program</b> the board on the bench and set the pulses of every servo (“Program”): the"
         " assembly needs a servo that stands at 0°.",
-        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody has built this robot"
+        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody"
+        " has built this robot"
         f" before: go on to module{'s' if n > 2 else ''} {'1' if n == 2 else f'1 to {n - 1}'} only when it is"
         " right. Label every module.",
-        "<b>Join them</b> by the orientation table: which node meets which. Another pairing is another robot.",
+        "<b>Join them</b> by the orientation table: which node meets which. Another pairing"
+        " is another robot.",
         "<b>Run the checks</b>, and only then let it crawl.",
     ]
     return [

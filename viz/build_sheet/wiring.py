@@ -43,9 +43,12 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
             " and the"
             " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos"
             " from the"
-            " board's own 5 V pin; the board itself lives on its USB cable. A capacitor of 470 to 1000 µF across"
-            " the supply keeps the board from resetting. A servo's plug: brown or black is −, red +, orange or"
-            " yellow the signal. Tether: thin stranded wire, as long as the way to the target, hung from above."
+            " board's own 5 V pin; the board itself lives on its USB cable. A capacitor of 470"
+            " to 1000 µF across"
+            " the supply keeps the board from resetting. A servo's plug: brown or black is −,"
+            " red +, orange or"
+            " yellow the signal. Tether: thin stranded wire, as long as the way to the target,"
+            " hung from above."
         ),
         Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
         blocks.note(
@@ -55,7 +58,7 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
         blocks.together(
             [
                 blocks.subheading("Program"),
-                *blocks.bullets(_program(facts, materials, pins), numbered=True),
+                *blocks.bullets(_program(facts, materials), numbered=True),
             ]
         ),
         blocks.together([blocks.subheading("Pin map"), _pins(facts, pins, paper.inner_width)]),
@@ -64,16 +67,23 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
                 blocks.subheading("Internal cables: length between guide and node, by servo command"),
                 _lengths(materials, paper.inner_width),
                 blocks.note(
-                    "0° is released, 180° contracted. Length from the guide's ball to the loop at the node, at"
+                    "0° is released, 180° contracted. Length from the guide's ball to the loop at"
+                    " the node, at"
                     f" which the cable pulls {t.SERVO_OFFSET:.2f} N"
-                    f" ({1000 * t.SERVO_OFFSET / GRAVITY:.0f} g). A drum winds evenly, which the simulated arm"
-                    " does not: between its ends it is off by up to the last column; nothing to correct."
+                    f" ({1000 * t.SERVO_OFFSET / GRAVITY:.0f} g). A drum winds evenly, which the"
+                    " simulated arm"
+                    " does not: between its ends it is off by up to the last column; nothing to"
+                    " correct. Groove"
+                    " 1 is at the wide end."
                 ),
                 blocks.body(
-                    f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable gives way by"
-                    f" 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls {t.SERVO_MAX_TENSION:.2f} N at most."
+                    f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable"
+                    " gives way by"
+                    f" 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls"
+                    f" {t.SERVO_MAX_TENSION:.2f} N at most."
                     f" Hang {PULL:.0f} g on the piece: it must become"
-                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ± {100 * tolerances.STIFFNESS:.0f} %. Too"
+                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ±"
+                    f" {100 * tolerances.STIFFNESS:.0f} %. Too"
                     " much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
             ]
@@ -128,27 +138,28 @@ def _lengths(materials: Materials, width: float) -> Flowable:
     for k, node in enumerate(t.SERVO_NODES):
         figures = [f"{1000 * servo.TARGET_LENGTHS[c, k]:.1f}" for c in COMMANDS]
         place = order.index(node)
-        name = ("1 (wide end)", "2", "3", "4", f"{len(order)} (narrow)")[place]
-        rows.append([f"to node {node}", *figures, name, f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
+        rows.append([f"to node {node}", *figures, str(place + 1), f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
     header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove", "its radius", "off by at most")
     return blocks.grid(
         header, rows, blocks.columns(width, 16, *[8.5] * len(COMMANDS), 12, 9, 11), right=range(1, 11)
     )
 
 
-def _program(facts: Facts, materials: Materials, pins: Mapping[int, int]) -> list[str]:
-    motor, last = materials.servo, facts.morphology.n_modules - 1
+def _program(facts: Facts, materials: Materials) -> list[str]:
+    motor = materials.servo
     degrees = motor.travel * (CONTRACTED_PULSE - RELEASED_PULSE) / (motor.pulse_max - motor.pulse_min)
     return [
-        f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB, choose board and port,"
+        f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB,"
+        " choose board and port,"
         " upload. If the upload to a copy of a Nano fails, choose the processor “old bootloader”.",
         "Open the serial monitor at 115200 baud. It says “ready: robot "
         f"{facts.evaluation.solution.number}; …”. If not: wrong port or baud.",
-        f"Supply off: plug servo 0 into D{pins[0]}"
-        + (f", the others up to D{pins[last]}" if last else "")
-        + ". Supply on: the servos go to 0° and hold.",
+        "Supply off: plug the servos in as the pin map says. Supply on: they go to 0° and"
+        " hold. One servo at a"
+        " time is easiest.",
         "Type <b>a0</b>, then <b>a180</b> (any angle between works) and watch a mark on the shaft. The sketch"
-        f" starts with pulses of {RELEASED_PULSE} and {CONTRACTED_PULSE} µs, which harm no servo but turn it by"
+        f" starts with pulses of {RELEASED_PULSE} and {CONTRACTED_PULSE} µs, which harm no"
+        " servo but turn it by"
         f" about {degrees:.0f}° only. In settings.h widen the two numbers of this module, 50 µs at a time,"
         f" towards {motor.pulse_min:.0f} and {motor.pulse_max:.0f} µs (data sheet), until it turns by"
         f" 180° ± {tolerances.TRAVEL:.0f}°; if it hums at an end, go back 50 µs. Upload again.",

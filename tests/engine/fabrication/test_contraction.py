@@ -16,7 +16,8 @@ def test_the_distances_are_the_simulated_modules(level):
         a, b = d.nodes
         assert d.released == pytest.approx(np.linalg.norm(released[a] - released[b]))
         assert d.contracted == pytest.approx(np.linalg.norm(contracted[a] - contracted[b]))
-        assert set(d.nodes) <= set(t.SERVO_NODES) and t.rod_of(a) != t.rod_of(b)
+        assert set(d.nodes) <= set(t.SERVO_NODES)
+        assert t.rod_of(a) != t.rod_of(b)
 
 
 def test_a_soft_module_contracts_more_and_a_badly_tied_one_is_found():
