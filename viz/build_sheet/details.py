@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from reportlab.lib.colors import Color
+
 from engine.fabrication import parts as p
 from engine.fabrication import servo_parts as sp
 from engine.fabrication.cables import CableDesign
@@ -26,9 +28,9 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     def at(x: float, y: float) -> tuple[float, float]:
         return x0 + scale * x, y0 + scale * y
 
-    def bar(x: float, x1: float, half: float, fill: object) -> None:
+    def bar(x: float, x1: float, half: float, fill: Color) -> None:
         a, b = at(x, -half), at(x1, half)
-        pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)  # type: ignore[arg-type]
+        pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)
 
     bar(-tail, p.CROWN_ABOVE, sleeve, CAP)
     bar(max(-tail, -p.CROWN_BELOW), p.CROWN_ABOVE, crown, CAP)

@@ -115,7 +115,7 @@ class Facts:
 
     @property
     def size(self) -> tuple[float, float, float]:
-        """Length along the robot, width and height over the ground in m, settled, with the rods' thickness."""
+        """Length along the robot, width and height over the ground in m, settled, with rods' thickness."""
         low, high = self.extent()
         length, width, _ = high - low
         return float(length), float(width), float(high[2])
