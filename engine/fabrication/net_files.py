@@ -20,7 +20,7 @@ from shapely.geometry import Polygon
 
 from engine.fabrication.cables import CableDesign
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.parts import net_outline
+from engine.fabrication.shapes import net_outline
 
 SCALE_BAR: Final = 50.0
 """Length of the scale bar, in mm."""

@@ -19,8 +19,8 @@ from engine.fabrication.contraction import contraction
 from engine.fabrication.materials import Materials
 from engine.fabrication.module_state import floating_module
 from engine.fabrication.net import EYELET_HOLE
-from engine.fabrication.parts import notch_angles
 from engine.fabrication.servo_parts import ROD_DIAMETER
+from engine.fabrication.shapes import notch_angles
 from engine.robot import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body

@@ -7,7 +7,7 @@ from reportlab.platypus import Flowable
 
 from engine import tensegrity as t
 from engine.fabrication import tolerances as tol
-from engine.fabrication.cables import cables
+from engine.fabrication.cable_list import cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.servo_parts import drum_errors
 from viz.build_sheet import blocks

@@ -11,7 +11,7 @@ from reportlab.platypus import Flowable, Table, TableStyle
 
 from engine import tensegrity as t
 from engine.fabrication.joints import Joint, joints, orientations
-from engine.fabrication.parts import LINK_PITCH
+from engine.fabrication.shapes import LINK_PITCH
 from engine.robot import module_placements
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved

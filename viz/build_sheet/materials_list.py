@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from reportlab.platypus import CondPageBreak, Flowable
 
-from engine.fabrication.bill_of_materials import MassBalance, Part, mass_balance, parts
+from engine.fabrication.bill_of_materials import Part, parts
+from engine.fabrication.mass_balance import MassBalance, mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.problems import problems
+from engine.fabrication.servo_parts import LINE_HOLE
 from viz.build_sheet import blocks, shopping, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.parts import module_names
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
-    "3D printer for flexible and for rigid filament (for cords: scissors, a board, 15"
-    " nails); drill of 1.2 mm",
+    "3D printer for flexible and for rigid filament (for cords: scissors, a board, 15 nails); drill of"
+    f" {LINE_HOLE:g} mm",
     "fine saw or cutter for the rods, sandpaper, calipers, a ruler of 30 cm, a scale that reads 0.1 g",
     "crochet hook or blunt tweezers to pull rings over rod ends, needle, water-proof pen, numbered stickers;"
     " weights of 10 and 50 g (coins)",

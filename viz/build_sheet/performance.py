@@ -121,11 +121,11 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
                 ),
             ]
         ),
-        *_walls(facts, paper.inner_width),
+        *walls(facts, paper.inner_width),
     ]
 
 
-def _walls(facts: Facts, width: float) -> list[Flowable]:
+def walls(facts: Facts, width: float) -> list[Flowable]:
     """Return what to set up, in the frame of the plots; nothing where there are no walls."""
     rows: list[list[str]] = []
     made = worlds(facts.task, facts.morphology.n_modules)
@@ -163,9 +163,9 @@ def _has_walls(facts: Facts) -> bool:
 
 
 def _draw_paths(pen: Pen, facts: Facts) -> None:
-    walls = worlds(facts.task, facts.morphology.n_modules)
-    distinct = list(dict.fromkeys(walls))
-    groups = [[k for k, w in enumerate(walls) if w == world] for world in distinct]
+    made = worlds(facts.task, facts.morphology.n_modules)
+    distinct = list(dict.fromkeys(made))
+    groups = [[k for k, w in enumerate(made) if w == world] for world in distinct]
     # every world that differs from the others has a plot of its own, the paths alone share one
     wide = pen.width / 2 if len(groups) == 1 else pen.width * 0.31
     high = pen.height / max(1, math.ceil(len(groups) / 2)) if len(groups) > 2 else pen.height

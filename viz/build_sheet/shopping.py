@@ -8,7 +8,8 @@ from reportlab.platypus import Flowable
 
 from engine import servo
 from engine import tensegrity as t
-from engine.fabrication.bill_of_materials import mass_balance, parts
+from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.rods import stock_plan

@@ -17,7 +17,7 @@ from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import PRESETS, load_materials
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
 from engine.fabrication.net_files import SCALE_BAR, dxf_bytes, rest_lines, svg_bytes
-from engine.fabrication.parts import net_outline
+from engine.fabrication.shapes import net_outline
 from engine.morphology import Morphology
 
 MATERIALS = load_materials()
