@@ -27,7 +27,8 @@ from app.workers import WorkerFlags
 from engine.computer import differing
 from engine.config import preset
 from engine.errors import InvalidData, TensAtlasError
-from engine.reader import Generation, RunReader
+from engine.generations import Generation
+from engine.reader import RunReader
 from engine.records import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
