@@ -13,9 +13,9 @@ from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 from engine import servo
 from engine import tensegrity as t
 from engine.fabrication import tolerances
-from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.cables import CableDesign, design_cables
 from engine.fabrication.contraction import contraction
+from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.module_state import floating_module
 from engine.fabrication.net import EYELET_HOLE
@@ -25,7 +25,7 @@ from engine.robot import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
 from viz.build_sheet.details import draw_drum, draw_rod_end
-from viz.build_sheet.facts import MODULE_MASS, Facts
+from viz.build_sheet.facts import Facts
 from viz.build_sheet.parts import module_names
 from viz.build_sheet.picture import Pen, Picture
 from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
@@ -119,7 +119,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         how = "A loop grips the rod: close it with a second knot."
     unlike = len({d.tail for d in design_cables(facts.morphology, materials)}) > 1
     tail = "the tail of the cut list" if unlike else f"{1000 * design.tail:.1f} mm"
-    ballast = next((p.mass for p in parts(facts.morphology, materials) if p.name == "ballast"), 0.0)
+    balance, n = mass_balance(facts.morphology, materials), facts.morphology.n_modules
+    ballast = balance.ballast
     inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]
     reach = 1000 * min(servo.TARGET_LENGTHS[-1])
@@ -147,7 +148,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         Step(
             "First pair: rods 0 and 1",
             f"Pull {rings} of nodes 0 to 3 over the rod ends of these numbers, about 5 mm far: the net stays"
-            f" slack until step 6. {how} A node with two rings (a and b) gets both. In the finished module"
+            f" slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished module"
             " these two"
             f" rods are parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
@@ -210,7 +211,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             f" at right angles. Node to node along a cable it measures {_centi(_span(design))}"
             " cm. If two cables"
             " cross, take the last caps off and put the rod in again. Weigh it"
-            f" ({1000 * MODULE_MASS:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180"
+            f" ({1000 * balance.built / n:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180"
             " and compare with"
             " the table below. Write its number on the servo mount.",
             (),

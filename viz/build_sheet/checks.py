@@ -8,6 +8,7 @@ from reportlab.platypus import Flowable
 from engine import tensegrity as t
 from engine.fabrication import tolerances as tol
 from engine.fabrication.cable_list import cables
+from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.servo_parts import drum_errors
 from viz.build_sheet import blocks
@@ -55,6 +56,7 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
 def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
     step = t.stiffness_n_per_m(1 / t.N_STIFFNESS_LEVELS)
     near, far = facts.link_gaps
+    built = mass_balance(facts.morphology, materials).built / facts.morphology.n_modules
     drum = drum_errors(materials.servo).max()
     rows = [
         ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", f"± {1000 * tol.ROD:.1f} mm", "assumed"],
@@ -88,7 +90,8 @@ def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
         ],
         [
             "Mass of a module",
-            f"{1000 * MODULE_MASS:.1f} g",
+            f"{1000 * built:.1f} g"
+            + ("" if built < 1.01 * MODULE_MASS else f" (simulated {1000 * MODULE_MASS:.1f} g)"),
             f"± {100 * tol.MASS:.0f} %",
             "assumed",
         ],

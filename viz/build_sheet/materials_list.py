@@ -45,8 +45,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         for row in (header, *rows):
             del row[5]
     return [
-        *shopping.pages(facts, materials, paper),
-        *_problems(facts, materials),
+        *shopping.pages(facts, materials, paper, _problems(facts, materials)),
         CondPageBreak(260),
         blocks.heading("Bill of materials"),
         blocks.body(

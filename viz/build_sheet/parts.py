@@ -19,8 +19,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
     width = paper.inner_width
     return [
-        blocks.heading("Cut list"),
-        blocks.together([blocks.subheading("Rods"), _rods(facts, materials, width)]),
+        blocks.together(
+            [blocks.heading("Cut list"), blocks.subheading("Rods"), _rods(facts, materials, width)]
+        ),
         *_cables(facts, materials, width),
     ]
 
@@ -148,15 +149,15 @@ def _cable_table(
                 f"{1000 * c.rest:.2f}",
                 *([f"<b>{1000 * c.cut:.0f}</b>"] if c.cut is not None else []),
                 f"{c.pretension:.3f}",
-                f"{c.stiffness:.2f}",
-                f"{1e6 * c.area:.3f}",
+                f"{c.stiffness:.{1 if cord else 2}f}",
+                *([] if cord else [f"{1e6 * c.area:.3f}"]),
             ]
         )
     half = (len(rows) + 1) // 2
     pairs = [[*rows[k], *rows[k + half]] for k in range(half)]
     header = ["nodes", "built (mm)", "rest (mm)", *(["cut (mm)"] if cord else []), "tension (N)"]
-    header += ["k (N/m)", "area (mm²)"]
-    shares = [8, 8, 8, *([7] if cord else []), 11 if cord else 9, 8, 8]
+    header += ["k (N/m)", *([] if cord else ["area (mm²)"])]
+    shares = [9.5, 8.5, 8.5, 8.5, 11, 9] if cord else [8, 8, 8, 9, 8, 8]
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
     where = module_names(modules)

@@ -105,13 +105,13 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
     )
     repeats = facts.config.trials.repeats
     mean = f", mean of {repeats} trials" if repeats > 1 and recorded.shape[1] else ""
+    # so that they and what is to be set up share a page
+    height = 0.68 * PLOT_HEIGHT if _has_walls(facts) else PLOT_HEIGHT
     return [
         blocks.together(
             [
                 blocks.subheading(f"{text}{mean}"),
-                Picture(
-                    paper.inner_width, PLOT_HEIGHT, lambda pen: _draw_paths(pen, facts), "paths of the head"
-                ),
+                Picture(paper.inner_width, height, lambda pen: _draw_paths(pen, facts), "paths of the head"),
                 blocks.note(
                     "Left the whole task, right the paths alone, larger. The head starts at the origin and"
                     " points to"

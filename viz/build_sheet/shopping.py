@@ -21,8 +21,8 @@ SPARE = 1.25
 """What is ordered of filament, cord and line against what the robot holds: misprints, brims, knots."""
 
 
-def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
-    """Return both lists."""
+def pages(facts: Facts, materials: Materials, paper: Paper, warnings: list[Flowable]) -> list[Flowable]:
+    """Return both lists, below what to know before anybody buys anything."""
     width, printer = paper.inner_width, materials.printer
     soft = materials.cable.form == "printed"
     first = (
@@ -32,6 +32,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     )
     return [
         blocks.heading("What to order and to print"),
+        *warnings,
         blocks.grid(
             ("to order", "how much", "remarks"),
             _orders(facts, materials),

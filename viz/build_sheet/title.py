@@ -69,7 +69,7 @@ def _identity(facts: Facts, width: float) -> Flowable:
             "Size, settled",
             f"{length:.1f} × {breadth:.1f} × {height:.1f} cm",
         ),
-        ("Date of the run", facts.date, "Mass", f"{_kilo(facts.mass)} g"),
+        ("Date of the run", facts.date, "Mass, simulated", f"{_kilo(facts.mass)} g"),
         (
             "Made with",
             f"TensAtlas {style.escaped(facts.versions.get('tensatlas', '?'))},"
