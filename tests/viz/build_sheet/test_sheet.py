@@ -20,6 +20,7 @@ from engine.fabrication.contraction import contraction
 from engine.fabrication.firmware import pin_map
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.mass_balance import mass_balance
+from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.problems import problems
 from engine.fabrication.rods import rods
@@ -230,3 +231,11 @@ def test_walls_to_set_up_are_listed_for_each_target():
                 x, half = 100 * wall.centre[0], 100 * wall.half_size[0]
                 assert name in text
                 assert f"{x - half:.1f} to {x + half:.1f}".replace("-", "−") in text
+
+
+def test_cords_fit_their_columns_and_a_module_weighs_what_is_built(robots):
+    cord = load_materials("silicone-cord")
+    pdf, layout = build_sheet(robots[2], cord, "letter")
+    assert layout.too_narrow == []
+    weight = mass_balance(robots[2].morphology, cord).built / 2
+    assert f"Weigh it ({1000 * weight:.1f} g" in read(pdf)
