@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 
 CAMERA_PATIENCE = 5.0
 """Seconds to wait for a browser to say that its camera is where it was placed."""
@@ -71,28 +71,34 @@ class Arena:
             camera.look_at = (float(centre[0] + nearer[0]), float(centre[1] + nearer[1]), 0.0)
         self._placed = (np.array(camera.position), camera.update_timestamp, time.monotonic())
 
-    def show(self, replay: Playable, index: int) -> None:
-        """Draw a frame of a replay; another replay than the last one replaces the robot."""
+    def show(self, replay: Playable, index: int, frame: Frame) -> None:
+        """Draw a frame of a replay; another replay than the last one replaces the robot.
+
+        Args:
+            replay: the robot.
+            index: of the recorded frame that is nearest.
+            frame: to draw.
+        """
         with self._drawing:
-            self._show(replay, index)
+            self._show(replay, index, frame)
 
     def clear(self) -> None:
         """Remove the robot."""
         with self._drawing:
             self._clear()
 
-    def _show(self, replay: Playable, index: int) -> None:
-        frame, marks = replay.frames[index], self.marks
+    def _show(self, replay: Playable, index: int, frame: Frame) -> None:
+        marks = self.marks
         if self._robot is None or replay is not self._robot.replay:
-            self._begin(replay, index)
+            self._begin(replay, frame)
         assert self._robot is not None
         centre = frame.pose[..., :3].mean(axis=(0, 1))
         if self._robot.place_world():
             assert replay.target is not None
             self._frame(centre[:2], replay.target, among_walls=bool(replay.walls))
-        drawing = self._robot.compute(index, marks)
+        drawing = self._robot.compute(frame, marks)
         with self._client.atomic():
-            self._robot.show(index, drawing, marks, self._facing())
+            self._robot.show(index, frame, drawing, marks, self._facing())
         if self.follow:
             self._follow(centre)
         else:
@@ -114,10 +120,10 @@ class Arena:
             self._robot.remove()
         self._robot = None
 
-    def _begin(self, replay: Playable, index: int) -> None:
+    def _begin(self, replay: Playable, frame: Frame) -> None:
         self._clear()
-        self._robot = RobotDrawing(self._scene, replay, index)
-        ground = replay.frames[index].pose[..., :2]
+        self._robot = RobotDrawing(self._scene, replay, frame)
+        ground = frame.pose[..., :2]
         self._followed = ground.mean(axis=(0, 1))
         self.look_at(self._followed, np.ptp(ground, axis=(0, 1)).max() + 0.3)
 

@@ -36,7 +36,7 @@ from engine.errors import InvalidData, TensAtlasError
 from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.replay import Playable, Replay
+from engine.replay import Frame, Playable, Replay
 from engine.run import changed_versions
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
@@ -468,9 +468,9 @@ class Session:
             raise InvalidData("Choose a run first.")
         return self._library.reader(self._state.path)
 
-    def _show_frame(self, replay: Playable, index: int) -> None:
+    def _show_frame(self, replay: Playable, index: int, frame: Frame) -> None:
         if replay is self._player.replay:
-            if self._stage.show(replay, index):
+            if self._stage.show(replay, index, frame):
                 self._robot.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
