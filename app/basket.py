@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
+from app.export_choice import ExportChoice
 from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
-from engine.fabrication.materials import load_materials
 from engine.reader import RunReader
 from viz.build_sheet.facts import Place
 
@@ -73,6 +73,7 @@ def export_basket(
     basket: Iterable[Item],
     reader: Callable[[Path], RunReader],
     progress: Callable[[str, int, int], None],
+    choice: ExportChoice,
 ) -> dict[str, bytes]:
     """Return the exports of all robots, each in a folder of its own.
 
@@ -80,6 +81,7 @@ def export_basket(
         basket: the robots.
         reader: returns the reader of a run.
         progress: told before and after every robot how many of how many are done; what it raises ends it.
+        choice: what all are built from, and their paper.
 
     Raises:
         TensAtlasError: a run is gone or a robot cannot be exported.
@@ -89,7 +91,9 @@ def export_basket(
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
         place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
-        found = robot_folder(reader(item.path), item.number, materials=load_materials(), place=place)
+        found = robot_folder(
+            reader(item.path), item.number, materials=choice.materials, place=place, paper=choice.paper
+        )
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

@@ -9,10 +9,11 @@ import viser
 from app import basket
 from app.actions import Actions
 from app.basket_panel import BasketPanel, Events
-from app.file_maker import File
+from app.file_maker import File, FileMaker
 from app.library import Library
 from app.limits import SimulationBudget
 from app.recording import Progress, recording
+from app.robot_folder import folder_name, robot_folder
 from app.state import Selection, SessionState
 from engine.errors import InvalidData
 from engine.reader import RunReader
@@ -21,6 +22,7 @@ from engine.replay import Replay
 from engine.table import csv_bytes, elite_table
 from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.build_sheet.facts import Place
 
 VIDEO_PRICE = 5
 """A video costs a visitor as much as so many replays."""
@@ -35,6 +37,7 @@ class Takeaway:
         state: what it looks at.
         library: the runs.
         actions: of the browser.
+        maker: of its files.
         budget: what it may have simulated.
         moment: returns the moment of the replay that is shown, in s of the trial's clock.
     """
@@ -45,16 +48,16 @@ class Takeaway:
         state: SessionState,
         library: Library,
         actions: Actions,
+        maker: FileMaker,
         *,
         budget: SimulationBudget,
         moment: Callable[[], float],
     ) -> None:
         self._state, self._library, self._actions = state, library, actions
-        self._budget, self._moment = budget, moment
+        self._maker, self._budget, self._moment = maker, budget, moment
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
-            actions,
             Events(
                 record=guarded(self.record),
                 table=guarded(self.table),
@@ -67,7 +70,29 @@ class Takeaway:
 
     def close(self) -> None:
         """Give up what is being made for a browser that has gone."""
-        self.panel.maker.cancel()
+        self._maker.cancel()
+
+    def export(self) -> None:
+        """Send the folder of the chosen robot as a zip.
+
+        Raises:
+            InvalidData: no robot is chosen, another file is being made, or paper or material is none on
+                offer.
+        """
+        (reader, chosen), choice = self._chosen(), self.panel.exports.choice
+        name = folder_name(reader, chosen.number)
+        cell = None if chosen.is_ancestor else chosen.cell
+        place = None if cell is None else Place(archive=chosen.archive, cell=cell)
+
+        def make(progress: Progress) -> File:
+            progress("simulating and drawing", 0, 1)
+            files = robot_folder(
+                reader, chosen.number, materials=choice.materials, place=place, paper=choice.paper
+            )
+            progress("packing", 1, 1)
+            return f"{name}.zip", zip_bytes(files, name)
+
+        self._start(f"{name}.zip", make, self._seconds(reader))
 
     def add(self) -> None:
         """Put the chosen robot into the basket.
@@ -97,15 +122,19 @@ class Takeaway:
         self._put(())
 
     def download(self) -> None:
-        """Send the exports of all robots in the basket as one zip."""
-        items = self._state.basket
+        """Send the exports of all robots in the basket as one zip.
+
+        Raises:
+            InvalidData: it is empty, another file is being made, or paper or material is none on offer.
+        """
+        items, choice = self._state.basket, self.panel.exports.choice
         if not items:
             raise InvalidData("The basket is empty; add the chosen robot first.")
         seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
 
         def make(progress: Progress) -> File:
             name = "tensatlas_basket"
-            files = basket.export_basket(items, self._library.reader, progress)
+            files = basket.export_basket(items, self._library.reader, progress, choice)
             return f"{name}.zip", zip_bytes(files, name)
 
         self._start("the basket", make, seconds)
@@ -150,7 +179,7 @@ class Takeaway:
             self._budget.spend(seconds)
             return make(progress)
 
-        self.panel.maker.start(what, paid)
+        self._maker.start(what, paid)
 
     def _put(self, items: tuple[basket.Item, ...]) -> None:
         self._state.basket = items

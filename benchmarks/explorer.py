@@ -54,6 +54,8 @@ NEWS: Final = 1.0
 """Seconds from a generation's end to its maps."""
 SIMULATED: Final = "evaluated"
 """What the line of the transport says as soon as a trial has been simulated to its end."""
+PATIENCE: Final = 600.0
+"""Seconds that all browsers' replays may take to be simulated at once."""
 WARM: Final = 100
 """Selections before memory is first looked at."""
 
@@ -168,7 +170,7 @@ def first_frames(server: ServerProcess, robots: Sequence[Place], n: int) -> list
 def replays(server: ServerProcess, robots: Sequence[Place], n: int, seconds: float) -> list[Row]:
     """Replay for several browsers at once what has been simulated."""
     with contextlib.ExitStack() as stack:
-        browsers = [stack.enter_context(SyntheticBrowser(server.address)) for _ in range(n)]
+        browsers = [stack.enter_context(SyntheticBrowser(server.address, PATIENCE)) for _ in range(n)]
         for browser in browsers:
             opened(browser)
             browser.set("Loop", True)
