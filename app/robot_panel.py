@@ -25,6 +25,12 @@ WELCOME = (
     "**3** · Take it along with *Export*, or evolve your own below."
 )
 
+TABS_STYLE = (
+    '<style class="ta-robot">[role="tablist"]:has(>[title="What if"])>[role="tab"]{padding:0 .5em!important}'
+    '[role="tablist"]:has(>[title="What if"])>[role="tab"]>div{margin-right:.35em!important}</style>'
+)
+"""All tabs about a robot in one row."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Events:
@@ -49,6 +55,7 @@ class RobotPanel:
         gui = client.gui
         dock(gui)
         with gui.add_folder("Robot"):
+            gui.add_html(TABS_STYLE)
             self._welcome = gui.add_markdown(WELCOME)
             self._card = gui.add_html("")
             self._export = gui.add_button(
