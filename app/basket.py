@@ -11,7 +11,9 @@ from app.export_choice import ExportChoice
 from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
+from engine.evaluation import Evaluation
 from engine.reader import RunReader
+from engine.tasks import get_task
 from viz.build_sheet.facts import Place
 
 MOST: Final = 50
@@ -27,7 +29,7 @@ class Item:
         number: of its evaluation.
         modules: how many it has.
         f_s: in cm, None if it has no fitness.
-        archive: it was chosen in.
+        archive: it was chosen in, empty if that is not known any more.
         cell: of the archive, None if none of its cells holds the robot.
     """
 
@@ -42,6 +44,20 @@ class Item:
     def name(self) -> str:
         """Name of its folder."""
         return f"{self.path.stem}_robot_{self.number}"
+
+
+def item_of(reader: RunReader, evaluation: Evaluation, archive: str = "", cell: Cell | None = None) -> Item:
+    """Return a robot as a basket holds it.
+
+    Args:
+        reader: of its run.
+        evaluation: of the robot.
+        archive: it was chosen in, if that is known.
+        cell: of the archive that holds it, None if none does or it is not known.
+    """
+    solution, distance = evaluation.solution, get_task(reader.config.task).target_distance
+    f_s = None if evaluation.fitness is None else 100.0 * (distance - evaluation.fitness)
+    return Item(reader.path, solution.number, solution.morphology.n_modules, f_s, archive, cell)
 
 
 def added(basket: Iterable[Item], item: Item) -> tuple[Item, ...]:

@@ -88,6 +88,7 @@ class Session:
         add_commands(client.gui, commands)
         self._navigation = Navigation(client, self, self._robot, self._state, library, self._actions)
         self._navigation.begin()
+        self._robot.takeaway.begin(client.gui)
 
     def open_next(self) -> None:
         """Show the run below the shown one in the list, after the last the first."""

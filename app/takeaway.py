@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 
 import viser
 
 from app import basket
 from app.actions import Actions
+from app.address import find_run, run_name
+from app.basket_memory import BasketMemory, Kept
 from app.basket_panel import BasketPanel, Events
 from app.file_maker import File, FileMaker
 from app.library import Library
@@ -15,14 +18,15 @@ from app.limits import SimulationBudget
 from app.recording import Progress, recording
 from app.robot_folder import folder_name, robot_folder
 from app.state import Selection, SessionState
-from engine.errors import InvalidData
+from engine.errors import InvalidData, TensAtlasError
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.replay import Replay
 from engine.table import csv_bytes, elite_table
-from engine.tasks import get_task
 from engine.zip_file import zip_bytes
 from viz.build_sheet.facts import Place
+
+log = logging.getLogger(__name__)
 
 VIDEO_PRICE = 5
 """A video costs a visitor as much as so many replays."""
@@ -54,6 +58,7 @@ class Takeaway:
         moment: Callable[[], float],
     ) -> None:
         self._state, self._library, self._actions = state, library, actions
+        self._memory: BasketMemory | None = None
         self._maker, self._budget, self._moment = maker, budget, moment
         guarded = actions.guarded
         self.panel = BasketPanel(
@@ -67,6 +72,14 @@ class Takeaway:
                 download=guarded(self.download),
             ),
         )
+
+    def begin(self, gui: viser.GuiApi) -> None:
+        """Ask the browser what its basket held before the page was loaded again.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
 
     def close(self) -> None:
         """Give up what is being made for a browser that has gone."""
@@ -101,16 +114,8 @@ class Takeaway:
             InvalidData: no robot is chosen, it is there already, or the basket is full.
         """
         reader, chosen = self._chosen()
-        e = chosen.evaluation
-        distance = get_task(reader.config.task).target_distance
-        item = basket.Item(
-            reader.path,
-            chosen.number,
-            e.solution.morphology.n_modules,
-            None if e.fitness is None else 100.0 * (distance - e.fitness),
-            chosen.archive,
-            None if chosen.is_ancestor else chosen.cell,
-        )
+        cell = None if chosen.is_ancestor else chosen.cell
+        item = basket.item_of(reader, chosen.evaluation, chosen.archive, cell)
         self._put(basket.added(self._state.basket, item))
 
     def remove(self, position: int) -> None:
@@ -184,6 +189,26 @@ class Takeaway:
     def _put(self, items: tuple[basket.Item, ...]) -> None:
         self._state.basket = items
         self.panel.show_basket(items)
+        if self._memory is not None:
+            paths = self._library.runs()
+            named = [(run_name(i.path, paths), i.number) for i in items]
+            self._memory.keep([(name, number) for name, number in named if name is not None])
+
+    def _restore(self, kept: list[Kept]) -> None:
+        """Put back what the basket held; say so if some of it is gone."""
+        paths, items = self._library.runs(), self._state.basket
+        for name, number in kept:
+            path = find_run(name, paths)
+            try:
+                if path is not None:
+                    reader = self._library.reader(path)
+                    items = basket.added(items, basket.item_of(reader, reader.evaluation(number)))
+            except TensAtlasError:
+                log.info("robot %d of %s cannot be put back into a basket", number, path)
+        if items != self._state.basket:
+            self._put(items)
+        if len(items) < len(kept):
+            self._actions.notify("The basket", "Some of its robots are not here any more.")
 
     def _seconds(self, reader: RunReader) -> float:
         trials = reader.config.trials

@@ -9,9 +9,12 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.actions import Actions
 from app.basket import MOST, Item, added, export_basket, folder_names
+from app.basket_memory import parse
 from app.export_choice import ExportChoice
 from app.file_maker import FileMaker
 from engine.errors import ExportError, InvalidData
@@ -62,6 +65,34 @@ def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
 def test_what_is_not_on_offer_is_refused(paper, material):
     with pytest.raises(InvalidData, match="Choose a"):
         ExportChoice.of(paper, material)
+
+
+entries = st.lists(st.tuples(st.text(max_size=20), st.integers(0, 10**9 - 1)), max_size=6, unique=True)
+
+
+@given(entries)
+def test_a_tab_remembers_its_basket(kept):
+    assert parse(json.dumps(kept)) == kept
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=9),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
+)
+
+
+@given(st.text(max_size=300) | json_values.map(json.dumps) | st.lists(json_values).map(json.dumps))
+def test_whatever_a_browser_claims_to_remember_becomes_names_and_numbers(text):
+    for name, number in parse(text):
+        assert isinstance(name, str)
+        assert type(number) is int
+        assert number >= 0
+
+
+def test_a_memory_without_end_is_none():
+    assert parse("[" * 50_000) == []
+    assert parse(json.dumps([["x" * 30_000, 1]])) == []
+    assert len(parse(json.dumps([["a", k] for k in range(2 * MOST)]))) == MOST
 
 
 def test_names_of_runs_are_text_in_the_list():

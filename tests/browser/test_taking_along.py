@@ -47,6 +47,12 @@ def test_files_and_basket(
         numbers.append(number)
         page.get_by_role("button", name="Add to basket").click()
         expect(listed).to_contain_text(f"{number} · small")
+    # a reload of the page changes nothing, but that the folder is folded again
+    page.reload()
+    page.get_by_text("Take along", exact=True).click()
+    for number in numbers:
+        expect(listed).to_contain_text(f"{number} · small")
+    expect(line).to_contain_text("exactly as evaluated")
     # the same robot again is refused, and another one is taken out again
     page.get_by_role("button", name="Add to basket").click()
     expect(page.get_by_text("is in the basket already")).to_be_visible()
