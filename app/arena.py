@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -19,6 +20,12 @@ EYE = np.array([-0.55, -0.9, 0.75])
 """Where the camera is, for a size of 1 m, relative to what it looks at."""
 EYE_BEHIND = np.array([-0.8, -0.35, 0.95])
 """The same with the way to the target along x."""
+NEARER = 0.08
+"""How much nearer than the robot a camera looks, for a size of 1 m: a panel covers the lower edge."""
+PHONE_WIDTH = 576
+"""Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
+PHONE_RISE = 0.6
+"""Where the robot is then: so far up from the middle of the window to its upper edge."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 
@@ -64,12 +71,20 @@ class Arena:
         """
         camera = self._client.camera
         away = max(size, 0.3)
-        nearer = 0.08 * away * eye[:2] / np.linalg.norm(eye[:2])
+        nearer = self._nearer(eye) * away * eye[:2] / np.linalg.norm(eye[:2])
         with self._client.atomic():
             camera.position = (centre[0] + eye[0] * away, centre[1] + eye[1] * away, eye[2] * away)
-            # a little in front of it, because a panel covers the lower edge
             camera.look_at = (float(centre[0] + nearer[0]), float(centre[1] + nearer[1]), 0.0)
         self._placed = (np.array(camera.position), camera.update_timestamp, time.monotonic())
+
+    def _nearer(self, eye: np.ndarray) -> float:
+        """Return how much nearer than what it shows a camera looks, for a size of 1 m."""
+        camera = self._client.camera
+        if camera.image_width > PHONE_WIDTH:
+            return NEARER
+        flat = float(np.hypot(*eye[:2]))
+        down = math.atan2(eye[2], flat) + math.atan(PHONE_RISE * math.tan(camera.fov / 2))
+        return flat - float(eye[2]) / math.tan(min(down, 1.5))
 
     def show(self, replay: Playable, index: int, frame: Frame) -> None:
         """Draw a frame of a replay; another replay than the last one replaces the robot.

@@ -304,7 +304,7 @@ def _text(line: str, legend: str = "") -> str:
 
 
 _WIDE = (6, 28, 6, 12, 8, 6, 6, 8, 4, 6, 6, 6, 6, 6, 6)
-_NARROW = (10, 22, 8, 12, 9, 6, 6, 7, 0, 7, 8, 8, 5, 7, 5)
+_NARROW = (10, 22, 8, 11, 9, 6, 8, 6, 0, 7, 8, 7, 5, 7, 6)
 """Fortieths of the panel's width that the widgets take, in their order; 0 for what there is no room for."""
 _UNLABELLED = range(5, 10)
 """Children of a narrow panel that do without their label: what they show says what it is."""
@@ -325,6 +325,7 @@ def _layout(width: int) -> str:
         f"{rows(_NARROW)} {labels} {{ display: none; }}"
         f"{panel} > * > div, {panel} button"
         " { padding-left: 4px !important; padding-right: 4px !important; }"
+        f"{panel} > :nth-child(n+11) label {{ font-size: 12px !important; }}"
     )
     return (
         '<style class="ta-transport">'
