@@ -16,7 +16,8 @@ from app.library import run_state
 from app.run_picker import RunPicker
 from app.widgets import in_a_row, put, put_html
 from engine.archive import Cell
-from engine.reader import Generation, RunReader
+from engine.generations import Generation
+from engine.reader import RunReader
 from viz import keyboard, theme, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture

@@ -24,6 +24,8 @@ NEARER = 0.08
 """How much nearer than the robot a camera looks, for a size of 1 m: a panel covers the lower edge."""
 PHONE_WIDTH = 576
 """Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
+PHONE_AWAY = 1.5
+"""How much farther away a camera is there, because the window is narrow."""
 PHONE_RISE = 0.6
 """Where the robot is then: so far up from the middle of the window to its upper edge."""
 FOLLOW_STEP = 0.002
@@ -70,7 +72,8 @@ class Arena:
             eye: (3,) where to look from, relative to the point and to the size.
         """
         camera = self._client.camera
-        away = max(size, 0.3)
+        phone = self._client.camera.image_width <= PHONE_WIDTH
+        away = max(size, 0.3) * (PHONE_AWAY if phone else 1.0)
         nearer = self._nearer(eye) * away * eye[:2] / np.linalg.norm(eye[:2])
         with self._client.atomic():
             camera.position = (centre[0] + eye[0] * away, centre[1] + eye[1] * away, eye[2] * away)

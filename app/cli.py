@@ -23,11 +23,12 @@ from app.recovery import migrate_run, recover_run
 from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
-from app.workers import WorkerFlags
+from app.workers import WorkerFlags, check_workers
 from engine.computer import differing
 from engine.config import preset
-from engine.errors import InvalidData, TensAtlasError
-from engine.reader import Generation, RunReader
+from engine.errors import TensAtlasError
+from engine.generations import Generation
+from engine.reader import RunReader
 from engine.records import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
@@ -143,7 +144,7 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Verify():
             _verify(command)
         case c.Reevaluate():
-            _check_workers(command.workers)
+            check_workers(command.workers)
             reevaluate_run(command, console)
         case c.Compare():
             # as the app's, the figures' libraries take a while to import
@@ -153,7 +154,7 @@ def _dispatch(command: c.Command, console: Console) -> None:
         case c.Table():
             write_elites(command, console)
         case c.Project():
-            _check_workers(command.workers)
+            check_workers(command.workers)
             project(command, console)
         case c.Doctor():
             out = Console(highlight=False, soft_wrap=True)
@@ -190,11 +191,6 @@ def _work(path: Path, flags: WorkerFlags, config: Any, console: Console) -> None
         )
         raise
     console.print(f"Finished: {path}. Look at it with: {prefix}tensatlas explore {path}", markup=False)
-
-
-def _check_workers(workers: int) -> None:
-    if workers < 1:
-        raise InvalidData(f"workers must be at least 1, not {workers}")
 
 
 def _info(path: Path, as_json: bool) -> None:
@@ -273,7 +269,7 @@ def _record(command: c.Record, console: Console) -> None:
 
 
 def _verify(command: c.Verify) -> None:
-    _check_workers(command.workers)
+    check_workers(command.workers)
     with RunReader(command.run) as reader:
         config = reader.config
         evaluation = reader.evaluation(find_elite(reader, command.archive, parse_cell(command.cell)))

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.library import NEW_RUNS, PAUSED_SUFFIX
+from app.workers import check_workers
 from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
@@ -30,7 +31,6 @@ from engine.tasks import BUILT_IN
 
 START_TIMEOUT: Final = 30.0
 """Seconds within which a new run must have created its file."""
-MAX_WORKERS: Final = 256
 LOG_LINES: Final = 4
 """Last lines of a log that are shown."""
 _CLEAN_ENDS: Final = ("Stopped.", "Finished:")
@@ -93,8 +93,7 @@ def start(new: NewRun) -> Path:
     ):
         if chosen not in offered:
             raise InvalidData(f"there is no {what} {chosen!r}; choose from {', '.join(offered)}")
-    if not 1 <= new.workers <= MAX_WORKERS:
-        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {new.workers}")
+    check_workers(new.workers)
     path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
     if path.exists():
         raise RunFileError(f"{path.name} exists already; choose another name")

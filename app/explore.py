@@ -19,6 +19,7 @@ from typing import Protocol
 import viser
 
 from app.access import TOKEN_VARIABLE, Access, access_to, is_loopback
+from app.allocator import keep_memory_compact
 from app.dump_session import DumpSession
 from app.library import Library
 from app.session import Session
@@ -80,6 +81,7 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
         if not place.is_dir():
             RunReader(place).close()
     access = listening.access
+    keep_memory_compact()
     with serve(
         places, host=listening.host, port=listening.port, access=access, read_only=read_only
     ) as server:

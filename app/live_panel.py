@@ -111,8 +111,8 @@ class LivePanel:
 
     def _plot(self, replay: Playable, page: tuple[float, float]) -> None:
         frames = replay.frames[: len(replay.frames)]
-        first, last = (max(round((t - replay.start_time) / replay.frame_period), 0) for t in page)
-        shown = frames[first : last + 1 : SAMPLE_STEP]
+        period = replay.frame_period
+        shown = frames[servo_plot.samples(page, replay.start_time, period, len(frames), step=SAMPLE_STEP)]
         self._plotted_frames = len(frames)
         commanded = np.array([f.lengths for f in shown])
         told = contraction(commanded)

@@ -9,7 +9,8 @@ from app.archives_panel import ArchivesPanel
 from app.color_controls import ALL_RUNS, FIXED, ColorWish, checked_limits
 from engine.archive import Cell
 from engine.errors import InvalidData
-from engine.reader import Generation, RunReader
+from engine.generations import Generation
+from engine.reader import RunReader
 from engine.robustness import robust_stamp
 from viz import axes as axis_text
 from viz import theme

@@ -12,9 +12,10 @@ from typing import Any, Final
 
 import viser
 
-from app.evolution import MAX_WORKERS, NewRun, check_name, choices
+from app.evolution import NewRun, check_name, choices
 from app.field_docs import field_docs
 from app.widgets import put
+from app.workers import MAX_WORKERS
 from engine.config import PRESETS, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.run import check_physics

@@ -19,7 +19,7 @@ from app.run_form import RunForm
 from app.widgets import put, put_html
 from engine.dump import SUFFIX as DUMP_SUFFIX
 from engine.errors import InvalidData
-from engine.reader import Generation
+from engine.generations import Generation
 from engine.run import failures_folder
 from viz import run_progress
 

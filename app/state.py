@@ -8,8 +8,9 @@ from pathlib import Path
 from app.basket import Item
 from engine.archive import Cell
 from engine.evaluation import Evaluation
+from engine.generations import Generation
 from engine.lineage import Ancestor
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

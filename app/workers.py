@@ -34,14 +34,23 @@ class WorkerFlags:
     """TOML file that describes SLURM jobs, which simulate instead; docs/clusters.md has one."""
 
 
+def check_workers(workers: int) -> None:
+    """Check a number of workers.
+
+    Raises:
+        InvalidData: it is out of range.
+    """
+    if not 1 <= workers <= MAX_WORKERS:
+        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {workers}")
+
+
 def check(flags: WorkerFlags) -> None:
     """Check flags before anything is started.
 
     Raises:
         InvalidData: one is out of range or contradicts another.
     """
-    if not 1 <= flags.workers <= MAX_WORKERS:
-        raise InvalidData(f"workers must be from 1 to {MAX_WORKERS}, not {flags.workers}")
+    check_workers(flags.workers)
     if flags.scheduler is not None and flags.slurm is not None:
         raise InvalidData("choose one of --scheduler and --slurm")
     if flags.scheduler is not None and "://" not in flags.scheduler:

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -23,7 +24,14 @@ class ServerProcess:
 
     def __init__(self, process: subprocess.Popen[str], address: str) -> None:
         self.address = address
+        self.pid = process.pid
+        self._process = process
         self._folder = Path("/proc") / str(process.pid)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it runs."""
+        return self._process.poll() is None
 
     def cpu(self) -> float:
         """Return the CPU seconds that it has used, of all its threads."""
@@ -56,6 +64,8 @@ def explorer(runs: Sequence[Path], folder: Path) -> Iterator[ServerProcess]:
             for line in process.stdout:
                 lines.append(line)
                 if found := re.search(r"TensAtlas is at (http://\S+)", line):
+                    # a full pipe would stop the server
+                    threading.Thread(target=process.stdout.read, daemon=True).start()
                     yield ServerProcess(process, found[1])
                     break
             else:

@@ -13,7 +13,6 @@ import os
 import random
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -28,6 +27,7 @@ from rich.console import Console
 from websockets.exceptions import ConnectionClosed
 
 from benchmarks.rows import Row, show
+from benchmarks.server_process import ROOT, ServerProcess, explorer
 from benchmarks.synthetic_browser import Message, SyntheticBrowser
 from benchmarks.timing import machine
 from engine.errors import RunFileError
@@ -64,12 +64,12 @@ class Client:
     """A browser that follows a run and clicks on robots.
 
     Args:
-        port: of the explorer.
+        address: that the explorer printed.
         seed: of what it clicks.
         pause: mean seconds between two clicks.
     """
 
-    def __init__(self, port: int, *, seed: int, pause: float) -> None:
+    def __init__(self, address: str, *, seed: int, pause: float) -> None:
         self._rng = random.Random(seed)
         self._pause = pause
         self._maps: dict[str, str] = {}
@@ -78,7 +78,7 @@ class Client:
         """When it learnt of which newest generation."""
         self.n_messages = self.n_clicks = self.n_notices = 0
         self._stop = threading.Event()
-        self._browser = SyntheticBrowser(f"http://127.0.0.1:{port}", heard=self._take)
+        self._browser = SyntheticBrowser(address, heard=self._take)
         self._clicking = threading.Thread(target=self._click, daemon=True)
         self._clicking.start()
 
@@ -135,34 +135,32 @@ class Samples:
 
 def soak(arguments: Arguments, folder: Path) -> list[Row]:
     """Run it; return the figures."""
-    path, port = folder / "soak.tsmr", _free_port()
-    evolution = _start(
-        *("evolve", path, "--preset", "smoke", "--evaluations", 2_000_000, "--initial", 12, "--workers", 1),
+    path = folder / "soak.tsmr"
+    evolution = _evolve(
+        *(path, "--preset", "smoke", "--evaluations", 2_000_000, "--initial", 12, "--workers", 1),
         *("--batch-size", arguments.batch, "--seed", arguments.seed, "--trials.repeats", 1),
         *("--trials.settle-time", 0.2, "--trials.open-loop-time", 0.2),
     )
-    explorer = None
     try:
         _wait(lambda: path.exists() and is_being_written(path) and _generation(path) >= 0)
-        explorer = _start("explore", path, "--port", port, "--no-browser")
-        _wait(lambda: _answers(port))
-        clients = [
-            Client(port, seed=arguments.seed + k, pause=arguments.pause) for k in range(arguments.clients)
-        ]
-        samples, closed_at = _watch(path, evolution, explorer, 60.0 * arguments.minutes)
-        alive = evolution.poll() is None and explorer.poll() is None
-        for c in clients:
-            c.close()
+        with explorer([path], folder) as server:
+            clients = [
+                Client(server.address, seed=arguments.seed + k, pause=arguments.pause)
+                for k in range(arguments.clients)
+            ]
+            samples, closed_at = _watch(path, evolution, server, 60.0 * arguments.minutes)
+            alive = evolution.poll() is None and server.alive
+            for c in clients:
+                c.close()
         return _rows(samples, closed_at, clients, alive=alive)
     finally:
-        for process in (evolution, explorer):
-            if process is not None and process.poll() is None:
-                process.send_signal(signal.SIGTERM)
-                process.wait()
+        if evolution.poll() is None:
+            evolution.send_signal(signal.SIGTERM)
+            evolution.wait()
 
 
 def _watch(
-    path: Path, evolution: subprocess.Popen[bytes], explorer: subprocess.Popen[bytes], seconds: float
+    path: Path, evolution: subprocess.Popen[bytes], server: ServerProcess, seconds: float
 ) -> tuple[Samples, dict[int, float]]:
     samples, closed_at = Samples(), {}
     log = path.with_name(path.name + "-wal")
@@ -175,11 +173,11 @@ def _watch(
             for g in range(newest + 1, generation + 1):
                 closed_at[g] = time.monotonic()
             newest = max(newest, generation)
-            if now >= next_sample and evolution.poll() is None and explorer.poll() is None:
+            if now >= next_sample and evolution.poll() is None and server.alive:
                 next_sample = now + SAMPLE
                 samples.seconds.append(now)
                 samples.evolution.append(_memory(evolution.pid))
-                samples.explorer.append(_memory(explorer.pid))
+                samples.explorer.append(_memory(server.pid))
                 samples.log.append(log.stat().st_size / 1e6 if log.exists() else 0.0)
             time.sleep(0.1)
     return samples, closed_at
@@ -208,6 +206,9 @@ def _rows(s: Samples, closed_at: dict[int, float], clients: list[Client], *, ali
             max(s.log) <= 1.05 * LOG_LIMIT / 1e6,
         )
     )
+    for name, values in (("evolution", s.evolution), ("explorer", s.explorer)):
+        at = [values[min(k * len(values) // 6, len(values) - 1)] for k in range(7)]
+        rows.append(Row(f"memory of the {name}, by sixths of the time", " ".join(f"{v:.0f}" for v in at), ""))
     now = time.monotonic()
     delays, lost = [], 0
     for c in clients:
@@ -238,12 +239,12 @@ def _rows(s: Samples, closed_at: dict[int, float], clients: list[Client], *, ali
     return rows
 
 
-def _start(*arguments: object) -> subprocess.Popen[bytes]:
+def _evolve(*arguments: object) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, "-m", "app", *map(str, arguments)],
+        [sys.executable, "-m", "app", "evolve", *map(str, arguments)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parent.parent)},
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
 
 
@@ -262,20 +263,6 @@ def _generation(path: Path) -> int:
     except RunFileError:
         return -1
     return -1 if last is None else last
-
-
-def _answers(port: int) -> bool:
-    try:
-        socket.create_connection(("127.0.0.1", port), timeout=1.0).close()
-    except OSError:
-        return False
-    return True
-
-
-def _free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return int(s.getsockname()[1])
 
 
 def _memory(pid: int) -> float:

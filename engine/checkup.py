@@ -12,9 +12,10 @@ from typing import Any, Final, Literal
 
 from engine.errors import TensAtlasError, one_line
 from engine.lock import holder_of, lock_path
-from engine.reader import RunReader, connect
+from engine.reader import RunReader
 from engine.records import digest
 from engine.run import changed_versions
+from engine.run_database import connect
 from engine.salvage import salvage
 from engine.schema import FORMAT_VERSION
 

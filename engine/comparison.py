@@ -207,7 +207,7 @@ def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> 
     if len(reached) > 1:
         notes.append(
             f"Runs of {task.task} have {reached[0]:,} to {reached[-1]:,} evaluations: tables and tests are"
-            f" of their ends. Compare them at equal cost with --at {reached[0]}."
+            f" of their ends. To compare them at equal cost: --at {reached[0]}, in the explorer Equal cost."
         )
     for r in runs:
         if not r.finished and at is None:

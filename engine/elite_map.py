@@ -19,9 +19,10 @@ from engine.archive import Cell
 from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation
+from engine.generations import Generation
 from engine.measures import body_axes, body_cell, trajectory_axes
 from engine.projection import project
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 from engine.tasks import get_task
 
 MORPHOLOGY: Final = "morphology"

@@ -13,8 +13,9 @@ from engine.archive import Cell, GridArchive
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
 from engine.evaluation import Evaluation
+from engine.generations import Generation
 from engine.measures import body_axes, trajectory_axes
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 from engine.run import check_physics, create_evaluator, statistics
 from engine.store import RunWriter
 from engine.tasks import get_task

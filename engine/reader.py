@@ -6,89 +6,21 @@ import dataclasses
 import hashlib
 import json
 import math
-import os
-import sqlite3
-import threading
-import urllib.parse
 from pathlib import Path
 from typing import Any, Self
 
-from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.computer import Computer
 from engine.config import RunConfig, from_json
-from engine.errors import (
-    UNEXPECTED_DATA,
-    DamagedRunFile,
-    InvalidData,
-    RunFileError,
-    TensAtlasError,
-    UnknownTask,
-    one_line,
-)
+from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
 from engine.evaluation import Evaluation
+from engine.generations import Generation, Summary, finite
 from engine.lineage import Ancestor
 from engine.lock import is_being_written
 from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
-from engine.schema import APPLICATION_ID, FORMAT_VERSION
+from engine.run_database import Damage, RunDatabase
 from engine.tasks import get_task, task_version
-
-MAX_CELLS_PER_AXIS = 200
-_HEADER = b"SQLite format 3\x00"
-_COLUMNS = {
-    "meta": "key value",
-    "evaluations": "number generation morphology controller parent operator source fitness distances"
-    " trajectory head_is_end failure",
-    "generations": "generation n_evaluations n_failed archives finished_at seconds",
-    "placements": "generation archive cell evaluation",
-    "state": "id generation algorithm",
-}
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class ArchiveFigures:
-    """An archive at the end of a generation; lengths in m.
-
-    Attributes:
-        best, mean: of the elites' f_s; None while the archive is empty.
-        qd_score: sum of f_s over filled cells.
-        coverage: filled over all cells.
-        axes: what the cells mean.
-    """
-
-    best: float | None
-    mean: float | None
-    qd_score: float
-    coverage: float
-    axes: tuple[Axis, ...]
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Generation:
-    """A closed generation.
-
-    Attributes:
-        number: counts from 0.
-        n_evaluations, n_failed: of the run so far.
-        archives: by name.
-        seconds: computing time of the run so far.
-    """
-
-    number: int
-    n_evaluations: int
-    n_failed: int
-    archives: dict[str, ArchiveFigures]
-    seconds: float
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Summary:
-    """What a map shows of an evaluation: its generation, its fitness in m, its body."""
-
-    generation: int
-    fitness: float
-    morphology: Morphology
 
 
 class RunReader:
@@ -102,13 +34,11 @@ class RunReader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        _check_header(path)
-        self._mutex = threading.Lock()
-        self._db = connect(path)
+        self._db = RunDatabase(path)
+        self.format_version = self._db.format_version
         try:
-            self._check_format()
             with self.guard():
-                meta = {k: json.loads(v) for k, v in self._query("SELECT key, value FROM meta")}
+                meta = {k: json.loads(v) for k, v in self._db.query("SELECT key, value FROM meta")}
                 self.config: RunConfig = from_json(meta.get("config"))
                 self.projection = None if "projection" not in meta else _strings(meta["projection"])
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
@@ -126,8 +56,7 @@ class RunReader:
 
     def close(self) -> None:
         """Close the file."""
-        with self._mutex:
-            self._db.close()
+        self._db.close()
 
     @property
     def is_live(self) -> bool:
@@ -144,7 +73,7 @@ class RunReader:
 
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""
-        number = self._query("SELECT MAX(generation) FROM generations")[0][0]
+        number = self._db.query("SELECT MAX(generation) FROM generations")[0][0]
         return None if number is None else int(number)
 
     def n_evaluations(self) -> int:
@@ -152,13 +81,13 @@ class RunReader:
 
         Only the open generation's are counted, because counting all reads all of a long run's pages.
         """
-        closed = self._query(
+        closed = self._db.query(
             "SELECT generation, n_evaluations FROM generations ORDER BY generation DESC LIMIT 1"
         )
         with self.guard():
             last, n = (int(v) for v in closed[0]) if closed else (-1, 0)
         # numbers rise from generation to generation
-        (opened,) = self._query(
+        (opened,) = self._db.query(
             "SELECT COUNT(*) FROM evaluations WHERE number > COALESCE((SELECT number FROM evaluations"
             " WHERE generation <= ? ORDER BY number DESC LIMIT 1), -1)",
             (last,),
@@ -167,22 +96,13 @@ class RunReader:
 
     def generations(self, after: int = -1) -> list[Generation]:
         """Return the closed generations with a greater number, in order."""
-        rows = self._query(
+        rows = self._db.query(
             "SELECT generation, n_evaluations, n_failed, archives, seconds FROM generations"
             " WHERE generation > ? ORDER BY generation",
             (after,),
         )
         with self.guard():
-            return [
-                Generation(
-                    number=int(r[0]),
-                    n_evaluations=int(r[1]),
-                    n_failed=int(r[2]),
-                    archives={k: _figures(v) for k, v in json.loads(r[3]).items()},
-                    seconds=float(r[4]),
-                )
-                for r in rows
-            ]
+            return [Generation.from_row(r) for r in rows]
 
     def last_closed(self) -> Generation | None:
         """Return the last closed generation, or None before the first."""
@@ -208,7 +128,7 @@ class RunReader:
 
     def placements(self, archive: str, generation: int) -> dict[Cell, int]:
         """Return the evaluation that each filled cell held at the end of a generation."""
-        rows = self._query(
+        rows = self._db.query(
             "SELECT cell, evaluation, MAX(generation) FROM placements"
             " WHERE archive = ? AND generation <= ? GROUP BY cell",
             (archive, generation),
@@ -218,7 +138,7 @@ class RunReader:
 
     def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
         """Return every change of an archive in order: generation, cell, its new evaluation or None."""
-        rows = self._query(
+        rows = self._db.query(
             "SELECT generation, cell, evaluation FROM placements WHERE archive = ? ORDER BY generation",
             (archive,),
         )
@@ -265,24 +185,13 @@ class RunReader:
 
     def summaries(self, numbers: set[int]) -> dict[int, Summary]:
         """Return what a map shows of some evaluations, by number; failed ones are left out."""
-        rows = self._chunked(
-            "SELECT number, generation, fitness, morphology FROM evaluations WHERE number IN",
-            numbers,
-        )
+        rows = self._db.of_numbers("number, generation, fitness, morphology", numbers)
         with self.guard():
-            return {
-                int(r[0]): Summary(
-                    generation=int(r[1]),
-                    fitness=_finite(r[2]),
-                    morphology=Morphology.from_json(json.loads(r[3])),
-                )
-                for r in rows
-                if r[2] is not None
-            }
+            return {int(r["number"]): Summary.from_row(r) for r in rows if r["fitness"] is not None}
 
     def bodies(self, generation: int) -> dict[Morphology, int]:
         """Return how many evaluations up to a generation had each body; failed ones are left out."""
-        rows = self._query(
+        rows = self._db.query(
             "SELECT morphology, COUNT(*) FROM evaluations WHERE generation <= ? AND fitness IS NOT NULL"
             " GROUP BY morphology",
             (generation,),
@@ -292,7 +201,7 @@ class RunReader:
 
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""
-        rows = self._query("SELECT generation FROM evaluations WHERE number = ?", (number,))
+        rows = self._db.query("SELECT generation FROM evaluations WHERE number = ?", (number,))
         with self.guard():
             return int(rows[0][0]) if rows else None
 
@@ -311,7 +220,7 @@ class RunReader:
             RunFileError: one does not exist or is damaged.
         """
         with self.guard():
-            rows = self._chunked("SELECT * FROM evaluations WHERE number IN", numbers)
+            rows = self._db.of_numbers("*", numbers)
             found = {int(r["number"]): self._checked(from_row(r)) for r in rows}
         if missing := numbers - set(found):
             raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
@@ -323,7 +232,7 @@ class RunReader:
         Raises:
             RunFileError: there is no evaluation of that number, or one of the line is damaged.
         """
-        rows = self._query(
+        rows = self._db.query(
             "WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e JOIN line"
             # a parent is older: a file that says otherwise must not lead round in circles
             " ON e.number = line.n WHERE e.parent < e.number)"
@@ -338,7 +247,7 @@ class RunReader:
                     parent=None if r[1] is None else int(r[1]),
                     generation=int(r[2]),
                     operator=str(r[3]),
-                    fitness=None if r[4] is None else _finite(r[4]),
+                    fitness=None if r[4] is None else finite(r[4]),
                     morphology=Morphology.from_json(json.loads(r[5])),
                 )
                 for r in rows
@@ -349,13 +258,13 @@ class RunReader:
 
     def lacks_trajectories(self) -> bool:
         """Tell whether any evaluation is without its trajectory, as in a file made smaller."""
-        return bool(self._query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
+        return bool(self._db.query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
 
     def computers(self) -> dict[Computer, int]:
         """Return what computed the evaluations and how many; of older files nothing is known."""
-        if not self._query("SELECT 1 FROM sqlite_master WHERE name = 'computed'"):
+        if not self._db.query("SELECT 1 FROM sqlite_master WHERE name = 'computed'"):
             return {}
-        rows = self._query(
+        rows = self._db.query(
             "SELECT facts, COUNT(*) FROM computed JOIN computers ON id = computer"
             " GROUP BY facts ORDER BY 2 DESC, 1"
         )
@@ -365,12 +274,12 @@ class RunReader:
     def all_evaluations(self) -> list[Evaluation]:
         """Return every saved evaluation in the order of their numbers."""
         with self.guard():
-            rows = self._query("SELECT * FROM evaluations ORDER BY number")
+            rows = self._db.query("SELECT * FROM evaluations ORDER BY number")
             return [self._checked(from_row(r)) for r in rows]
 
     def algorithm_state(self) -> dict[str, Any] | None:
         """Return what resuming needs as of the last closed generation, or None before the first."""
-        rows = self._query("SELECT algorithm FROM state")
+        rows = self._db.query("SELECT algorithm FROM state")
         with self.guard():
             return json.loads(rows[0][0]) if rows else None
 
@@ -379,7 +288,7 @@ class RunReader:
         digest = hashlib.sha256()
         with self.guard():
             digest.update(dump(dataclasses.asdict(self.config)).encode())
-            for row in self._query("SELECT * FROM evaluations ORDER BY number"):
+            for row in self._db.query("SELECT * FROM evaluations ORDER BY number"):
                 values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
                 digest.update(dump(values).encode())
             for query in (
@@ -387,56 +296,17 @@ class RunReader:
                 "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
                 "SELECT generation, algorithm FROM state",
             ):
-                for row in self._query(query):
+                for row in self._db.query(query):
                     digest.update(dump(list(row)).encode())
         return digest.hexdigest()
 
-    def _check_format(self) -> None:
-        if self._query("PRAGMA application_id")[0][0] != APPLICATION_ID:
-            raise RunFileError(f"{self.path} is a database of another program, not a TensAtlas run")
-        version = self.format_version = int(self._query("PRAGMA user_version")[0][0])
-        if version > FORMAT_VERSION:
-            raise RunFileError(
-                f"{self.path} was written by a newer TensAtlas (format {version}, this one reads"
-                f" {FORMAT_VERSION}); update TensAtlas"
-            )
-        self._check_tables()
-
-    def _check_tables(self) -> None:
-        """Make sure that there are plain tables only: a view or a computed column could run for ever."""
-        for kind, name in self._query("SELECT type, name FROM sqlite_master"):
-            if kind not in ("table", "index"):
-                raise RunFileError(f"{self.path} is not a TensAtlas run file: it has a {kind}, {name!r:.60}")
-        tables = _COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
-        for table, columns in tables.items():
-            found = {r[1]: r[6] for r in self._query(f"PRAGMA table_xinfo({table})")}
-            if not set(found).issuperset(columns.split()):
-                raise DamagedRunFile(self.path, f"is damaged: table {table} is not as expected")
-            if any(found.values()):  # 0 is an ordinary column; others are computed or hidden
-                raise RunFileError(f"{self.path} is not a TensAtlas run file: {table} has computed columns")
+    def guard(self) -> Damage:
+        """Return a context that reports unexpected data as damage to this file."""
+        return self._db.guard()
 
     def _checked(self, e: Evaluation) -> Evaluation:
         check_fits(self.config, e)
         return e
-
-    def _query(self, sql: str, parameters: tuple[Any, ...] = ()) -> list[sqlite3.Row]:
-        try:
-            with self._mutex:
-                return self._db.execute(sql, parameters).fetchall()
-        except (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError) as e:
-            raise _unreadable(self.path, e) from None
-
-    def _chunked(self, sql: str, numbers: set[int]) -> list[sqlite3.Row]:
-        ordered = sorted(numbers)
-        rows: list[sqlite3.Row] = []
-        for i in range(0, len(ordered), 500):
-            part = ordered[i : i + 500]
-            rows += self._query(f"{sql} ({','.join('?' * len(part))}) ORDER BY number", tuple(part))
-        return rows
-
-    def guard(self) -> _Damage:
-        """Return a context that reports unexpected data as damage to this file."""
-        return _Damage(self.path)
 
 
 def check_fits(config: RunConfig, e: Evaluation) -> None:
@@ -454,100 +324,6 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
         or e.solution.morphology.stiffness_mode != config.stiffness
     ):
         raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
-
-
-class _Damage:
-    """Turns whatever unexpected data causes into one clear line."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, UnknownTask):
-            raise RunFileError(f"{self._path} cannot be opened: {error}") from None
-        if isinstance(error, (InvalidData, *UNEXPECTED_DATA)):
-            raise DamagedRunFile(self._path, f"is damaged: {error}") from None
-
-
-def connect(path: Path) -> sqlite3.Connection:
-    """Open a run file's database for reading.
-
-    Raises:
-        RunFileError: it cannot be read.
-    """
-    where = urllib.parse.quote(str(path.absolute()))
-    error: Exception | None = None
-    modes = ["mode=ro"]
-    if not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists():
-        # SQLite cannot lock a file there, and nobody can be changing it
-        modes.append("mode=ro&immutable=1")
-    for options in modes:
-        try:
-            db = sqlite3.connect(f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False)
-            db.row_factory = sqlite3.Row
-            db.execute("PRAGMA trusted_schema=OFF")
-            db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
-            return db
-        except (sqlite3.Error, UnicodeDecodeError) as e:
-            error = e
-    raise _unreadable(path, error)
-
-
-def _unreadable(path: Path, error: Exception | None) -> RunFileError:
-    """Return what to say of a run that SQLite cannot read: damage, or something in the way."""
-    in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
-    text = one_line(str(error))[:200] or "it asks for more memory than there is"
-    if isinstance(error, in_the_way) and not any(w in text for w in ("malformed", "decode", "no such")):
-        return RunFileError(f"{path} cannot be read: {text}")
-    return DamagedRunFile(path, f"cannot be read: {text}")
-
-
-def _check_header(path: Path) -> None:
-    try:
-        size = path.stat().st_size
-        with open(path, "rb") as f:
-            header = f.read(4096)
-    except FileNotFoundError:
-        raise RunFileError(f"{path} does not exist") from None
-    except OSError as e:
-        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
-    if not size:
-        raise RunFileError(f"{path} is empty")
-    if not header.startswith(_HEADER) or len(header) < 100:
-        if b"CREATE TABLE evaluations" in header:
-            raise DamagedRunFile(path, "is damaged: its first bytes are not what they should be")
-        raise RunFileError(f"{path} is not a TensAtlas run file")
-    page = int.from_bytes(header[16:18], "big")
-    expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
-    if size < expected and not path.with_name(path.name + "-wal").exists():
-        raise DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
-
-
-def _figures(data: Any) -> ArchiveFigures:
-    return ArchiveFigures(
-        best=None if data["best"] is None else _finite(data["best"]),
-        mean=None if data["mean"] is None else _finite(data["mean"]),
-        qd_score=_finite(data["qd_score"]),
-        coverage=_finite(data["coverage"]),
-        axes=tuple(map(_axis, data["axes"])),
-    )
-
-
-def _axis(data: Any) -> Axis:
-    axis = Axis(str(data["name"]), _finite(data["lower"]), _finite(data["upper"]), int(data["n"]))
-    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
-        raise InvalidData(f"an archive's axis is impossible: {axis}")
-    return axis
-
-
-def _finite(value: Any) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise InvalidData(f"expected a finite number, not {value!r}")
-    return number
 
 
 def _strings(data: Any) -> dict[str, str]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 from engine.elite_map import archive_maps
-from engine.errors import InvalidData
+from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Solution
+from engine.lock import RunLock
 from engine.reader import RunReader
 from engine.robustness import (
     MAX_REPEATS,
@@ -59,17 +61,17 @@ def reevaluate(
     Raises:
         InvalidData: the number of repeats is out of range, results from before are of another run or of
             other versions, or today's robots do not survive the run's physics.
-        RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
+        RunFileError: the run cannot be read or has no such archive, or the results cannot be written or are
+            being written by another process.
     """
     if not 1 <= repeats <= MAX_REPEATS:
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
-    with RunReader(run) as reader:
+    with RunReader(run) as reader, _alone(robust_path(run)) as path:
         check_physics(reader.config)
         last = reader.finished_generation(archive)
         maps = archive_maps(reader, last)
         maps = {name: maps[name] for name in ([archive] if archive else sorted(maps))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}
-        path = robust_path(run)
         before = load_robust_of(reader)
         _check_versions(before, path, reader.config.task)
         recorded = dict(before.recorded if before else {}) | elites
@@ -111,6 +113,19 @@ def reevaluate(
         robust = result()
         distance = get_task(reader.config.task).target_distance
         return robust, [map_robustness(name, m, robust, distance) for name, m in maps.items()]
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[Path]:
+    """Keep others from writing a file for a ``with`` block: each would save over the other's results."""
+    try:
+        lock = RunLock.acquire(path)
+    except OSError as e:
+        raise RunFileError(f"{path} cannot be written: {e.strerror}") from None
+    try:
+        yield path
+    finally:
+        lock.release()
 
 
 def _decisive(task: str) -> dict[str, str]:

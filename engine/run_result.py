@@ -20,8 +20,9 @@ from engine.elite_map import (
     load_maps,
 )
 from engine.errors import InvalidData, RunFileError
+from engine.generations import Generation
 from engine.measures import body_axes
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 from engine.tasks import get_task
 
 ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}

@@ -176,12 +176,20 @@ class RunWriter:
             if not self._documents:
                 return
             self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
-            for e, origin in zip(evaluations, origins, strict=False):
-                if origin is not None:
-                    self._db.execute(
-                        "INSERT INTO computed VALUES (?, ?, ?)",
-                        (e.solution.number, self._computer_id(origin.computer), origin.seconds),
-                    )
+            self._add_origins(evaluations, origins)
+
+    def add_origins(self, evaluations: Sequence[Evaluation], origins: Sequence[Origin | None]) -> None:
+        """Save what computed evaluations that are saved already; None where that is not known."""
+        with self._transaction():
+            self._add_origins(evaluations, origins)
+
+    def _add_origins(self, evaluations: Sequence[Evaluation], origins: Sequence[Origin | None]) -> None:
+        for e, origin in zip(evaluations, origins, strict=False):
+            if origin is not None:
+                self._db.execute(
+                    "INSERT INTO computed VALUES (?, ?, ?)",
+                    (e.solution.number, self._computer_id(origin.computer), origin.seconds),
+                )
 
     def _computer_id(self, computer: Computer) -> int:
         facts = json.dumps(dataclasses.asdict(computer), sort_keys=True)

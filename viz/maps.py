@@ -7,8 +7,9 @@ from collections.abc import Mapping
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.generations import Generation
 from engine.morphology import Morphology
-from engine.reader import Generation, RunReader
+from engine.reader import RunReader
 from engine.tasks import get_task
 from engine.tensegrity import stiffness_n_per_m
 

@@ -33,6 +33,20 @@ def page_of(time: float, start: float, end: float) -> tuple[float, float]:
     return first, first + PAGE
 
 
+def samples(page: tuple[float, float], start: float, period: float, n_frames: int, *, step: int = 1) -> slice:
+    """Return which of a replay's frames a picture shows, the one where it begins among them.
+
+    Args:
+        page: from when to when it goes, in s.
+        start: of the replay, one ``period`` before its first frame, in s.
+        period: between two frames, in s.
+        n_frames: simulated so far.
+        step: frames between two samples.
+    """
+    first, last = (round((t - start) / period) - 1 for t in page)
+    return slice(max(min(first, n_frames - 1), 0), last + 1, step)
+
+
 def render(
     times: np.ndarray, commanded: np.ndarray, reached: np.ndarray, *, page: tuple[float, float], head: int
 ) -> str:

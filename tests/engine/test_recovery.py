@@ -49,6 +49,16 @@ def problems(path):
     return [f.text for f in check_run(path) if f.verdict == "problem"]
 
 
+def origins(path):
+    db = sqlite3.connect(path)
+    rows = db.execute(
+        "SELECT evaluation, seconds, facts FROM computed JOIN computers ON id = computer ORDER BY 1"
+    )
+    found = rows.fetchall()
+    db.close()
+    return found
+
+
 def finish(path):
     engine.run.resume(path)
     return hash_of(path)
@@ -134,6 +144,8 @@ def test_a_whole_run_is_saved_wholly(tmp_path, changes):
     with RunReader(path) as old, RunReader(out) as new:
         assert (old.created_at, old.versions) == (new.created_at, new.versions)
         assert [g.seconds for g in old.generations()] == [g.seconds for g in new.generations()]
+    assert origins(out) == origins(path)
+    assert len(origins(path)) == 38
 
 
 def test_a_file_cut_at_any_page_is_refused_and_what_is_there_is_saved(whole, tmp_path):
@@ -235,6 +247,7 @@ def test_where_the_search_comes_out_differently_generations_are_copied_as_record
     assert found.n_generations == 3
     assert not found.resumable
     assert "copied as recorded" in found.notes[0]
+    assert origins(out) == origins(whole)[: found.n_evaluations]
     assert not [p for p in problems(out) if "state" not in p]
     with RunReader(out) as new, RunReader(whole) as old:
         for name in ("morphology", "controller"):

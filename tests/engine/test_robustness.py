@@ -10,6 +10,7 @@ import engine.reevaluation
 from engine.elite_map import EliteMap
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import LocalEvaluator
+from engine.lock import RunLock
 from engine.reader import RunReader
 from engine.reevaluation import reevaluate
 from engine.robustness import (
@@ -200,6 +201,19 @@ def test_bad_input_is_refused_before_time_is_spent(run):
     with pytest.raises(RunFileError, match="has no grid archive, but controller, morphology"):
         reevaluate(run, repeats=1, archive="grid")
     assert not robust_path(run).exists()
+
+
+def test_two_at_once_do_not_save_over_each_other(run):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
+        lock = RunLock.acquire(robust_path(run))
+        with pytest.raises(
+            RunFileError, match=rf"{robust_path(run).name} is being written by another process"
+        ):
+            reevaluate(run, repeats=1, archive="morphology")
+        lock.release()
+        reevaluate(run, repeats=1, archive="morphology")
+    assert [p.name for p in run.parent.iterdir() if "lock" in p.name] == []
 
 
 def test_results_that_cannot_be_kept_are_reported(run, monkeypatch):

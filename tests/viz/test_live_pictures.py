@@ -133,3 +133,15 @@ def test_the_legend_says_newtons() -> None:
     legend = tension_legend.render(full_tension(Morphology(10, (1, 2))))
     assert "3.8 N" in legend
     assert "0.65 N" in legend
+
+
+@given(st.integers(1, 3000), st.sampled_from((0.02, 0.04)), st.floats(-3.0, 0.0))
+def test_a_picture_begins_with_the_frame_at_its_begin_and_is_never_empty(
+    n_frames: int, period: float, start: float
+) -> None:
+    times = start + period * np.arange(1, n_frames + 1)
+    page = servo_plot.page_of(times[-1], start, 40.0)
+    shown = times[servo_plot.samples(page, start, period, n_frames, step=3)]
+    assert len(shown)
+    assert shown[0] <= max(page[0], times[0]) + period
+    assert shown[-1] <= page[1] + period

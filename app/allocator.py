@@ -1,0 +1,42 @@
+"""How the C library keeps memory for a server that lives long and computes on many threads."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import sys
+from typing import Final
+
+MAX_ARENAS: Final = 2
+MMAP_THRESHOLD: Final = 256 * 1024
+"""Bytes from which an allocation gets pages of its own, which go back when it is freed."""
+TRIM_THRESHOLD: Final = 1024 * 1024
+"""Free bytes at the end of a heap from which they go back."""
+# malloc.h of glibc
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
+
+
+def keep_memory_compact() -> bool:
+    """Have freed memory returned to the system; to be called before there are many threads.
+
+    By default glibc gives up to eight heaps per core to the threads that ask, and raises the size from
+    which an array gets pages of its own after each large one that is freed. Replays compute on threads
+    that come and go, and each leaves holes in another heap: over 500 replays the explorer grew to 490 MB,
+    with this to 300 MB, while what it used stayed the same.
+
+    Returns:
+        Whether there was something to set: other C libraries do without.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    with contextlib.suppress(OSError, AttributeError):
+        library = ctypes.CDLL(None)
+        library.gnu_get_libc_version  # noqa: B018 - musl has a mallopt that does nothing
+        settings = {
+            _M_ARENA_MAX: MAX_ARENAS,
+            _M_MMAP_THRESHOLD: MMAP_THRESHOLD,
+            _M_TRIM_THRESHOLD: TRIM_THRESHOLD,
+        }
+        done = [library.mallopt(name, value) == 1 for name, value in settings.items()]
+        return all(done)
+    return False
