@@ -9,7 +9,6 @@ with) follow if they are not the usual ones; the last three count from 1, as the
 from __future__ import annotations
 
 import dataclasses
-import html
 import json
 import re
 import urllib.parse
@@ -19,7 +18,7 @@ from typing import Final, Self
 
 import viser
 
-from app.clicks import sender
+from app.clicks import script, sender
 from app.run_picker import label_paths
 from app.viser_private import uuid_of
 from app.widgets import add_channel, put_html
@@ -123,7 +122,7 @@ class AddressBar:
     def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
         self._known = False
         channel = add_channel(gui, "address")
-        gui.add_html(_run(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
+        gui.add_html(script(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
         self._writer = gui.add_html("")
 
         @channel.on_update
@@ -136,9 +135,4 @@ class AddressBar:
         """Write an address, without a step in the browser's history."""
         if self._known:  # or it would be gone before it was read
             query = json.dumps(place.query())
-            put_html(self._writer, _run(f"history.replaceState(null,'',location.pathname+{query})"))
-
-
-def _run(script: str) -> str:
-    """Return HTML that runs a script: those inside added HTML do not, but the error of an image does."""
-    return f'<img alt="" src="data:," style="display:none" onerror="{html.escape(script)}">'
+            put_html(self._writer, script(f"history.replaceState(null,'',location.pathname+{query})"))

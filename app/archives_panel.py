@@ -18,7 +18,7 @@ from app.widgets import in_a_row, put, put_html
 from engine.archive import Cell
 from engine.generations import Generation
 from engine.reader import RunReader
-from viz import keyboard, trend
+from viz import keyboard, theme, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture
 from viz.pointer import ENLARGE, INSTALL
@@ -32,11 +32,17 @@ KEYS_STYLE = (
     ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
 )
 """A map with the keyboard's focus says what the keys do."""
+_ROBOT = 'div[style*="grid-template-rows"]'
 PHONE_STYLE = (
-    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}}'
+    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}'
+    f"div:has(>{_ROBOT} .ta-robot){{display:flex;flex-direction:column}}"
+    f"div:has(>{_ROBOT} .ta-robot)>*{{flex:none}}{_ROBOT}:has(.ta-robot){{order:1}}}}"
     "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
 )
-"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window."""
+"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window.
+
+It begins with its main panel, the robot's; the maps are what one begins with, and the replay is next.
+"""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -94,7 +100,8 @@ class ArchivesPanel:
             self._trend = gui.add_html("")
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
-                KEYS_STYLE
+                theme.TEXT_STYLE
+                + KEYS_STYLE
                 + PHONE_STYLE
                 + INSTALL
                 + keyboard.INSTALL
@@ -102,6 +109,7 @@ class ArchivesPanel:
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
+        panel.expand()  # which a phone's sheet would leave to the user
         panel.set_width(WIDTH)
 
         @self._layout.on_update

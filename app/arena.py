@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -11,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 
 CAMERA_PATIENCE = 5.0
 """Seconds to wait for a browser to say that its camera is where it was placed."""
@@ -19,6 +20,14 @@ EYE = np.array([-0.55, -0.9, 0.75])
 """Where the camera is, for a size of 1 m, relative to what it looks at."""
 EYE_BEHIND = np.array([-0.8, -0.35, 0.95])
 """The same with the way to the target along x."""
+NEARER = 0.08
+"""How much nearer than the robot a camera looks, for a size of 1 m: a panel covers the lower edge."""
+PHONE_WIDTH = 576
+"""Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
+PHONE_AWAY = 1.5
+"""How much farther away a camera is there, because the window is narrow."""
+PHONE_RISE = 0.6
+"""Where the robot is then: so far up from the middle of the window to its upper edge."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 
@@ -63,36 +72,51 @@ class Arena:
             eye: (3,) where to look from, relative to the point and to the size.
         """
         camera = self._client.camera
-        away = max(size, 0.3)
-        nearer = 0.08 * away * eye[:2] / np.linalg.norm(eye[:2])
+        phone = self._client.camera.image_width <= PHONE_WIDTH
+        away = max(size, 0.3) * (PHONE_AWAY if phone else 1.0)
+        nearer = self._nearer(eye) * away * eye[:2] / np.linalg.norm(eye[:2])
         with self._client.atomic():
             camera.position = (centre[0] + eye[0] * away, centre[1] + eye[1] * away, eye[2] * away)
-            # a little in front of it, because a panel covers the lower edge
             camera.look_at = (float(centre[0] + nearer[0]), float(centre[1] + nearer[1]), 0.0)
         self._placed = (np.array(camera.position), camera.update_timestamp, time.monotonic())
 
-    def show(self, replay: Playable, index: int) -> None:
-        """Draw a frame of a replay; another replay than the last one replaces the robot."""
+    def _nearer(self, eye: np.ndarray) -> float:
+        """Return how much nearer than what it shows a camera looks, for a size of 1 m."""
+        camera = self._client.camera
+        if camera.image_width > PHONE_WIDTH:
+            return NEARER
+        flat = float(np.hypot(*eye[:2]))
+        down = math.atan2(eye[2], flat) + math.atan(PHONE_RISE * math.tan(camera.fov / 2))
+        return flat - float(eye[2]) / math.tan(min(down, 1.5))
+
+    def show(self, replay: Playable, index: int, frame: Frame) -> None:
+        """Draw a frame of a replay; another replay than the last one replaces the robot.
+
+        Args:
+            replay: the robot.
+            index: of the recorded frame that is nearest.
+            frame: to draw.
+        """
         with self._drawing:
-            self._show(replay, index)
+            self._show(replay, index, frame)
 
     def clear(self) -> None:
         """Remove the robot."""
         with self._drawing:
             self._clear()
 
-    def _show(self, replay: Playable, index: int) -> None:
-        frame, marks = replay.frames[index], self.marks
+    def _show(self, replay: Playable, index: int, frame: Frame) -> None:
+        marks = self.marks
         if self._robot is None or replay is not self._robot.replay:
-            self._begin(replay, index)
+            self._begin(replay, frame)
         assert self._robot is not None
         centre = frame.pose[..., :3].mean(axis=(0, 1))
         if self._robot.place_world():
             assert replay.target is not None
             self._frame(centre[:2], replay.target, among_walls=bool(replay.walls))
-        drawing = self._robot.compute(index, marks)
+        drawing = self._robot.compute(frame, marks)
         with self._client.atomic():
-            self._robot.show(index, drawing, marks, self._facing())
+            self._robot.show(index, frame, drawing, marks, self._facing())
         if self.follow:
             self._follow(centre)
         else:
@@ -114,10 +138,10 @@ class Arena:
             self._robot.remove()
         self._robot = None
 
-    def _begin(self, replay: Playable, index: int) -> None:
+    def _begin(self, replay: Playable, frame: Frame) -> None:
         self._clear()
-        self._robot = RobotDrawing(self._scene, replay, index)
-        ground = replay.frames[index].pose[..., :2]
+        self._robot = RobotDrawing(self._scene, replay, frame)
+        ground = frame.pose[..., :2]
         self._followed = ground.mean(axis=(0, 1))
         self.look_at(self._followed, np.ptp(ground, axis=(0, 1)).max() + 0.3)
 

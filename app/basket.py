@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
+from app.export_choice import ExportChoice
 from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
-from engine.fabrication.materials import load_materials
+from engine.evaluation import Evaluation
 from engine.reader import RunReader
+from engine.tasks import get_task
 from viz.build_sheet.facts import Place
 
 MOST: Final = 50
@@ -27,7 +29,7 @@ class Item:
         number: of its evaluation.
         modules: how many it has.
         f_s: in cm, None if it has no fitness.
-        archive: it was chosen in.
+        archive: it was chosen in, empty if that is not known any more.
         cell: of the archive, None if none of its cells holds the robot.
     """
 
@@ -42,6 +44,20 @@ class Item:
     def name(self) -> str:
         """Name of its folder."""
         return f"{self.path.stem}_robot_{self.number}"
+
+
+def item_of(reader: RunReader, evaluation: Evaluation, archive: str = "", cell: Cell | None = None) -> Item:
+    """Return a robot as a basket holds it.
+
+    Args:
+        reader: of its run.
+        evaluation: of the robot.
+        archive: it was chosen in, if that is known.
+        cell: of the archive that holds it, None if none does or it is not known.
+    """
+    solution, distance = evaluation.solution, get_task(reader.config.task).target_distance
+    f_s = None if evaluation.fitness is None else 100.0 * (distance - evaluation.fitness)
+    return Item(reader.path, solution.number, solution.morphology.n_modules, f_s, archive, cell)
 
 
 def added(basket: Iterable[Item], item: Item) -> tuple[Item, ...]:
@@ -73,6 +89,7 @@ def export_basket(
     basket: Iterable[Item],
     reader: Callable[[Path], RunReader],
     progress: Callable[[str, int, int], None],
+    choice: ExportChoice,
 ) -> dict[str, bytes]:
     """Return the exports of all robots, each in a folder of its own.
 
@@ -80,6 +97,7 @@ def export_basket(
         basket: the robots.
         reader: returns the reader of a run.
         progress: told before and after every robot how many of how many are done; what it raises ends it.
+        choice: what all are built from, and their paper.
 
     Raises:
         TensAtlasError: a run is gone or a robot cannot be exported.
@@ -89,7 +107,9 @@ def export_basket(
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
         place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
-        found = robot_folder(reader(item.path), item.number, materials=load_materials(), place=place)
+        found = robot_folder(
+            reader(item.path), item.number, materials=choice.materials, place=place, paper=choice.paper
+        )
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

@@ -8,10 +8,9 @@ from typing import Final
 
 import viser
 
-from app.actions import Actions
 from app.basket import Item
 from app.clicks import ClickChannel
-from app.file_maker import FileMaker
+from app.export_choice import ExportChooser
 from app.widgets import put_html
 from viz import basket_list
 
@@ -36,13 +35,13 @@ class BasketPanel:
 
     Args:
         client: the browser.
-        actions: of the browser.
         events: what the user does.
     """
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
         gui = client.gui
         with gui.add_folder("Take along", expand_by_default=False):
+            self.exports = ExportChooser(gui)
             self._add = gui.add_button(
                 "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
             )
@@ -83,7 +82,6 @@ class BasketPanel:
                 hint="All elites of the run as CSV, with pyribs' column names",
             )
             self._table.on_click(_call(events.table))
-            self.maker = FileMaker(client, actions)
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:

@@ -30,6 +30,11 @@ def sender(uuid: str, value: str) -> str:
     )
 
 
+def script(code: str) -> str:
+    """Return HTML that runs JavaScript: scripts inside added HTML do not, but the error of an image does."""
+    return f'<img alt="" src="data:," style="display:none" onerror="{html.escape(code)}">'
+
+
 class ClickChannel:
     """Receives clicks on elements that carry ``data-c="name:i,j"``.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -18,6 +19,8 @@ ALL_RUNS: Final = "all runs alike"
 FIXED: Final = "fixed"
 FARTHEST: Final = 1000.0
 """Centimetres: no fitness lies beyond it."""
+TYPING: Final = 1.5
+"""Seconds that an impossible end of a scale may stand, because somebody may still be typing it."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -48,6 +51,9 @@ class ColorControls:
     def __init__(self, gui: viser.GuiApi, changed: Callable[[ColorWish], None]) -> None:
         self._changed = changed
         self._shown_limits: tuple[float, float] | None = None
+        self._accepted = (0.0, 0.0)
+        """The last ends of a fixed scale that make sense."""
+        self._typing: threading.Timer | None = None
         self.coloring = gui.add_dropdown("Colour", ("-",), hint="What the colours of the maps stand for")
         colormap = self._colormap = gui.add_dropdown(
             "Colours",
@@ -79,10 +85,18 @@ class ColorControls:
             if scale.value == FIXED and self._shown_limits is not None:  # it begins as what is seen
                 put(self._low, self._shown_limits[0])
                 put(self._high, self._shown_limits[1])
+            self._accepted = (self._low.value, self._high.value)
             self._low.visible = self._high.visible = scale.value == FIXED
             self._report()
 
-        for widget in (self.coloring, colormap, self._low, self._high):
+        for end in (self._low, self._high):
+
+            @end.on_update
+            def _(event: viser.GuiEvent) -> None:
+                if event.client is not None:
+                    self._limits_typed()
+
+        for widget in (self.coloring, colormap):
 
             @widget.on_update
             def _(event: viser.GuiEvent) -> None:
@@ -99,6 +113,27 @@ class ColorControls:
         """Take note of the ends, in cm, of the scale that is shown; None if it is of something else."""
         if limits is not None:
             self._shown_limits = limits
+
+    def _limits_typed(self) -> None:
+        """Take the typed ends, or, if they stay impossible for a while, say so and put the last ones back."""
+        if self._typing is not None:
+            self._typing.cancel()
+        limits = (self._low.value, self._high.value)
+        try:
+            self._accepted = checked_limits(limits)
+        except InvalidData:
+            # a number arrives figure by figure
+            self._typing = threading.Timer(TYPING, self._put_back, [limits])
+            self._typing.daemon = True
+            self._typing.start()
+        else:
+            self._report()
+
+    def _put_back(self, refused: tuple[float, float]) -> None:
+        if (self._low.value, self._high.value) == refused and self._scale.value == FIXED:
+            self._report()
+            put(self._low, self._accepted[0])
+            put(self._high, self._accepted[1])
 
     def _report(self) -> None:
         self._changed(

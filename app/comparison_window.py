@@ -21,9 +21,10 @@ from viz.report_style import WIDTH
 _PADDING: Final = 24
 _BAR: Final = "ta-comparison"
 
+# the figures are drawn for the dark: so is what they lie on, also where the app is light
 _STYLE: Final = f"""
 .mantine-Modal-content:has(.{_BAR}){{flex:0 0 min({WIDTH + 2 * _PADDING + 20}px,97vw)!important;
-max-height:94dvh!important;border-radius:10px}}
+max-height:94dvh!important;border-radius:10px;background:#242424;color:#c9c9c9;--mantine-color-body:#242424}}
 .mantine-Modal-content:has(.{_BAR}) .mantine-Modal-header{{display:none}}
 .mantine-Modal-content:has(.{_BAR}) .mantine-Modal-body{{padding:0 {_PADDING}px 18px}}
 div:has(>.{_BAR}){{position:sticky;top:0;z-index:1100}}

@@ -11,7 +11,7 @@ from app.player import Player
 from app.robot_panel import WIDTH, dock
 from engine.dump import Dump
 from engine.dump_replay import DumpReplay
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 from viz import robot_card
 
 SLIDER_STEP = 0.01
@@ -54,8 +54,8 @@ class DumpSession:
         """End the threads of a browser that has gone."""
         self._player.close()
 
-    def _show_frame(self, replay: Playable, index: int) -> None:
-        self._arena.show(replay, index)
+    def _show_frame(self, replay: Playable, index: int, frame: Frame) -> None:
+        self._arena.show(replay, index, frame)
         self._transport.tick()
 
     def _set_follow(self, follow: bool) -> None:

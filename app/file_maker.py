@@ -52,6 +52,10 @@ class FileMaker:
         if not self._busy.acquire(blocking=False):
             raise InvalidData("Another file is being made; wait for it or cancel it.")
         self._cancelled.clear()
+        # the bar may be out of sight
+        self._notice = self._client.add_notification(
+            "A file is being made", f"{what}: it is downloaded as soon as it is done.", loading=True
+        )
         threading.Thread(
             target=self._actions.guarded(self._work, alone=False),
             args=(what, make),
@@ -62,6 +66,8 @@ class FileMaker:
     def cancel(self) -> None:
         """Give up what is being made, soon."""
         self._cancelled.set()
+        if self._busy.locked():
+            self._text.content = "giving up …"
 
     def _work(self, what: str, make: Callable[[Progress], File]) -> None:
         try:
@@ -72,9 +78,10 @@ class FileMaker:
         except _CancelledError:
             self._actions.notify("Cancelled", f"No file was made of {what}.")
         finally:
-            self._busy.release()
             for widget in (self._text, self._bar, self._cancel):
                 widget.visible = False
+            self._notice.remove()
+            self._busy.release()
 
     def _report(self, what: str, doing: str, n: int, total: int) -> None:
         if self._cancelled.is_set() or self._actions.closed:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.lanes import LaneReplay, Start
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
+from engine.interpolation import frame_at
 from engine.replay import Replay
 from engine.walls import Wall
 from viz import theme
@@ -112,20 +113,20 @@ class LaneArena:
         """Say what the labels of the next lanes are."""
         self._names = names
 
-    def show(self, replay: LaneReplay, index: int) -> None:
-        """Draw a moment of all lanes; other lanes than the last ones replace those."""
+    def show(self, replay: LaneReplay, moment: float) -> None:
+        """Draw a moment of all lanes, in s of their clock; other lanes than the last ones replace those."""
         with self._mutex:
-            moment = replay.frames[index].time
             if replay is not self._replay:
                 self._begin(replay)
             marks, facing = self._marks(), self._facing()
             indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
-            drawings = [d.compute(i, marks) for d, i in zip(self._drawings, indices, strict=True)]
+            frames = [frame_at(d.replay, moment) for d in self._drawings]
+            drawings = [d.compute(f, marks) for d, f in zip(self._drawings, frames, strict=True)]
             with self._client.atomic():
-                for robot, lane, i, drawing in zip(
-                    self._drawings, self._lanes, indices, drawings, strict=True
+                for robot, lane, i, frame, drawing in zip(
+                    self._drawings, self._lanes, indices, frames, drawings, strict=True
                 ):
-                    robot.show(i, drawing, marks, lane.turn.inv().apply(facing))
+                    robot.show(i, frame, drawing, marks, lane.turn.inv().apply(facing))
 
     def clear(self) -> None:
         """Remove all lanes."""
@@ -154,7 +155,7 @@ class LaneArena:
                     position=lane.position,
                 )
             )
-            drawing = RobotDrawing(scene, robot, 0, prefix=f"/lanes/{k}", trail=theme.LANES[k])
+            drawing = RobotDrawing(scene, robot, robot.frames[0], prefix=f"/lanes/{k}", trail=theme.LANES[k])
             drawing.place_world()
             self._drawings.append(drawing)
             name = self._names[k] if k < len(self._names) else str(k + 1)

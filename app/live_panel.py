@@ -17,7 +17,7 @@ from engine.tasks import get_task
 from viz import network_diagram, servo_plot
 from viz.network_diagram import NetworkDiagram
 
-INTERVAL = 0.1
+INTERVAL = 0.12
 """Seconds between two updates while playing."""
 GROWTH_INTERVAL = 0.5
 """Seconds between two pictures of the servos while the simulation is still at what they show."""
@@ -46,6 +46,7 @@ class LivePanel:
         self._evaluation: Evaluation | None = None
         self._names: tuple[str, ...] = ()
         self._updated = 0.0
+        self._ticked: tuple[Playable, int] | None = None
         self._plotted: tuple[Playable, tuple[float, float]] | None = None
         self._plotted_frames = 0
         self._plotted_at = 0.0
@@ -60,22 +61,23 @@ class LivePanel:
             self._names,
             head_is_end=evaluation.head_is_end,
         )
+        self._ticked = None
         self._network_live.content = ""
         self._network.content = diagram.render() + network_diagram.legend()
         self._diagram, self._evaluation = diagram, evaluation
 
     def clear(self) -> None:
         """Show no robot."""
-        self._diagram = self._evaluation = self._plotted = None
+        self._diagram = self._evaluation = self._plotted = self._ticked = None
         for element in (self._network, self._network_live, self._servos, self._servos_live):
             put_html(element, "")
 
     def tick(self, replay: Playable, index: int, *, playing: bool) -> None:
-        """Show a frame; while playing, at most every ``INTERVAL``."""
+        """Show a recorded frame; while playing, at most every ``INTERVAL`` and once."""
         now = time.monotonic()
-        if playing and now - self._updated < INTERVAL:
+        if playing and (now - self._updated < INTERVAL or self._ticked == (replay, index)):
             return
-        self._updated = now
+        self._updated, self._ticked = now, (replay, index)
         frame = replay.frames[index]
         # a dump or a variant of the robot has another network or another body: nothing moves in this one
         own = self._evaluation is not None and replay.morphology == self._evaluation.solution.morphology

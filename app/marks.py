@@ -10,7 +10,7 @@ import dataclasses
 import numpy as np
 import viser
 
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 from viz import theme
 from viz.strokes import NumberStrokes
 
@@ -82,6 +82,7 @@ class MarkLayer:
             visible=False,
         )
         self._trail_end = -1
+        self._touching: np.ndarray | None = None
         self._centres: np.ndarray | None = None
         self._facing: np.ndarray | None = None
 
@@ -90,21 +91,22 @@ class MarkLayer:
         for handle in (self._numbers, self._trail, self._contacts):
             handle.remove()
 
-    def show(self, index: int, marks: Marks, facing: np.ndarray) -> None:
+    def show(self, index: int, frame: Frame, marks: Marks, facing: np.ndarray) -> None:
         """Draw the marks of a frame.
 
         Args:
-            index: of the frame.
+            index: of the recorded frame that is nearest.
+            frame: to draw.
             marks: which ones.
             facing: (2, 3) directions in the world that are right and up on the screen.
         """
-        frame = self._replay.frames[index]
         trail, contacts = self._path(index), frame.contacts
         _see(self._trail, visible=marks.trail)
         if marks.trail and trail is not None:
             self._trail.points = trail
         _see(self._contacts, visible=marks.contacts and len(contacts) > 0)
-        if marks.contacts and len(contacts):
+        if marks.contacts and len(contacts) and contacts is not self._touching:
+            self._touching = contacts
             self._contacts.points = contacts + np.array([0.0, 0.0, CONTACT_LIFT], dtype=np.float32)
         self._show_numbers(frame.pose[..., :3].mean(axis=1), marks, facing)
 

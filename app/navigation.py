@@ -39,6 +39,10 @@ class Traveller(Protocol):
         """Return the number of the evaluation that a cell of an archive holds."""
         ...
 
+
+class Chooser(Protocol):
+    """What chooses a robot of the run that is shown."""
+
     def choose(
         self,
         archive: str,
@@ -59,6 +63,7 @@ class Navigation:
     Args:
         client: the browser.
         traveller: the session.
+        chooser: of robots.
         state: of the session.
         library: the runs on offer.
         actions: of the browser.
@@ -68,11 +73,12 @@ class Navigation:
         self,
         client: viser.ClientHandle,
         traveller: Traveller,
+        chooser: Chooser,
         state: SessionState,
         library: Library,
         actions: Actions,
     ) -> None:
-        self._traveller, self._state, self._library = traveller, state, library
+        self._traveller, self._chooser, self._state, self._library = traveller, chooser, state, library
         self._gui, self._actions = client.gui, actions
         self._arrived = False
         self._bar: AddressBar | None = None
@@ -146,7 +152,7 @@ class Navigation:
                     f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
                 )
         if number is not None:
-            self._traveller.choose(
+            self._chooser.choose(
                 archive,
                 place.cell,
                 number,

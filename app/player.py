@@ -7,27 +7,28 @@ import threading
 import time
 from collections.abc import Callable
 
+from engine.interpolation import frame_at
 from engine.replay import Frame, Playable
 
 log = logging.getLogger(__name__)
 
-SHOW_INTERVAL = 1 / 25
-"""Seconds between two frames on the screen."""
+SHOW_INTERVAL = 1 / 30
+"""Seconds between two frames on the screen, whatever lies between two that are recorded."""
 
 
 class Player:
     """Plays a replay while it is still being simulated.
 
     Args:
-        show: called with the replay, the frame and the time whenever another frame is due; on the
-            player's own thread.
+        show: called with the replay, the index of the recorded frame that is nearest and the frame to
+            draw, which may lie between two, whenever another one is due; on the player's own thread.
         changed: called when playing stops or starts by itself.
         may_simulate: asked before so many seconds of a robot's time are simulated.
     """
 
     def __init__(
         self,
-        show: Callable[[Playable, int], None],
+        show: Callable[[Playable, int, Frame], None],
         changed: Callable[[], None],
         may_simulate: Callable[[float], bool] = lambda _seconds: True,
     ) -> None:
@@ -38,7 +39,8 @@ class Player:
         self._wake = threading.Event()
         self._closed = False
         self._replay: Playable | None = None
-        self._shown: tuple[Playable, int] | None = None
+        self._shown: tuple[Playable, float] | None = None
+        """What is on the screen: of which replay, and the time of the frame."""
         self.time = 0.0
         self.playing = False
         self.speed = 1.0
@@ -130,7 +132,7 @@ class Player:
         threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True).start()
 
     def _run(self) -> None:
-        last = time.monotonic()
+        last = due = time.monotonic()
         while not self._closed:
             if not self.playing:
                 self._wake.wait(0.2)
@@ -143,7 +145,9 @@ class Player:
                 log.exception("a frame could not be shown")
                 self.playing = False
             last = now
-            time.sleep(max(0.0, SHOW_INTERVAL - (time.monotonic() - now)))
+            # a little lateness is made up for; after more of it, or a pause, the beat starts anew
+            due = (due if now - due < SHOW_INTERVAL else now) + SHOW_INTERVAL
+            time.sleep(max(0.0, due - time.monotonic()))
 
     def _advance(self, elapsed: float) -> None:
         ended = False
@@ -171,21 +175,21 @@ class Player:
             replay = self._replay
             if replay is None or not replay.frames:
                 return
-            index = self.frame_index(replay)
-            if self._shown == (replay, index):
+            index, frame = self.frame_index(replay), frame_at(replay, self.time)
+            if self._shown == (replay, frame.time):
                 return
-            self._shown = (replay, index)
-        self._show(replay, index)
+            self._shown = (replay, frame.time)
+        self._show(replay, index, frame)
 
     def frame_index(self, replay: Playable) -> int:
-        """Return the index of the frame that is due, at most the last simulated one."""
+        """Return the index of the recorded frame that is nearest, at most the last simulated one."""
         due = round((self.time - replay.start_time) / replay.frame_period) - 1
         return min(max(due, 0), len(replay.frames) - 1)
 
 
 def current_frame(player: Player) -> Frame | None:
-    """Return the frame that is due, or None before the first one."""
+    """Return the frame that is due, which may lie between two recorded ones, or None before the first one."""
     replay = player.replay
     if replay is None or not replay.frames:
         return None
-    return replay.frames[player.frame_index(replay)]
+    return frame_at(replay, player.time)

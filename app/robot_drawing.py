@@ -11,7 +11,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.marks import MarkLayer, Marks
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
 from viz import theme
@@ -38,8 +38,8 @@ class RobotDrawing:
 
     Args:
         scene: of one client.
-        replay: the robot, of which there is a frame.
-        index: of the frame to begin with.
+        replay: the robot.
+        frame: of it, to begin with.
         prefix: name of the node that everything hangs below, such as ``/lanes/1``; wherever that is moved
             to, all goes with it.
         trail: colour of the trail of its head.
@@ -49,14 +49,13 @@ class RobotDrawing:
         self,
         scene: viser.SceneApi,
         replay: Playable,
-        index: int,
+        frame: Frame,
         *,
         prefix: str = "",
         trail: tuple[int, int, int] = theme.TRAIL,
     ) -> None:
         self._scene, self._prefix = scene, prefix
         self.replay = replay
-        frame = replay.frames[index]
         geometry = self._geometry = RobotGeometry(replay.morphology, replay.head.module)
         drawing = geometry.draw(frame.pose, np.ones((geometry.n_modules, 5)))
         cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
@@ -100,16 +99,16 @@ class RobotDrawing:
         self._add_walls(self.replay.walls)
         return True
 
-    def compute(self, index: int, marks: Marks) -> Drawing:
+    def compute(self, frame: Frame, marks: Marks) -> Drawing:
         """Return what ``show`` takes: whatever takes time, to be done while messages still flow."""
-        frame = self.replay.frames[index]
         return self._geometry.draw(frame.pose, frame.lengths, tension=marks.tension)
 
-    def show(self, index: int, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
+    def show(self, index: int, frame: Frame, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
         """Draw a frame; call it within ``client.atomic``, so that a frame arrives as one.
 
         Args:
-            index: of the frame.
+            index: of the recorded frame that is nearest.
+            frame: to draw.
             drawing: of it, by ``compute``.
             marks: what else to draw.
             facing: (2, 3) directions that are right and up on the screen, below the node of ``prefix``.
@@ -122,7 +121,7 @@ class RobotDrawing:
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)
         self._colored = colored
-        self._layer.show(index, marks, facing)
+        self._layer.show(index, frame, marks, facing)
 
     def face(self, marks: Marks, facing: np.ndarray) -> None:
         """Turn the numbers of the modules to a camera that has turned."""

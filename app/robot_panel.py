@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 
 import viser
 
+from app.actions import Actions
+from app.file_maker import FileMaker
 from app.lineage_panel import LineagePanel
 from app.live_panel import LivePanel
 from engine.config import RunConfig
@@ -22,6 +24,12 @@ WELCOME = (
     "**2** · Click a filled cell to watch it crawl towards its target, the cyan post.\n\n"
     "**3** · Take it along with *Export*, or evolve your own below."
 )
+
+TABS_STYLE = (
+    '<style class="ta-robot">[role="tablist"]:has(>[title="What if"])>[role="tab"]{padding:0 .5em!important}'
+    '[role="tablist"]:has(>[title="What if"])>[role="tab"]>div{margin-right:.35em!important}</style>'
+)
+"""All tabs about a robot in one row."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,17 +51,19 @@ def dock(gui: viser.GuiApi) -> None:
 class RobotPanel:
     """Shows a robot: its card, what goes on inside it, from whom it descends."""
 
-    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
         gui = client.gui
         dock(gui)
         with gui.add_folder("Robot"):
+            gui.add_html(TABS_STYLE)
             self._welcome = gui.add_markdown(WELCOME)
             self._card = gui.add_html("")
             self._export = gui.add_button(
                 "Export",
                 icon=viser.Icon.DOWNLOAD,
                 disabled=True,
-                hint="Download this robot as a zip: build sheet, parts, firmware, MJCF",
+                hint="Download this robot as a zip: build sheet, parts, firmware, MJCF. Choose paper and"
+                " material under Take along",
             )
             self._pin = gui.add_button(
                 "Pin",
@@ -62,6 +72,8 @@ class RobotPanel:
                 disabled=True,
                 hint="Pin or unpin this robot: those pinned can be seen side by side, see below",
             )
+            self.maker = FileMaker(client, actions)
+            """Shows how far the file is that is being made, below the button that most are asked for with."""
             self.tabs = gui.add_tab_group()
             """Where tabs of other things about the robot may lie."""
             self._live = LivePanel(gui, self.tabs)

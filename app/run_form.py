@@ -19,6 +19,7 @@ from app.workers import MAX_WORKERS
 from engine.config import PRESETS, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.run import check_physics
+from viz import theme
 
 EVERYDAY: Final = ("task", "algorithm", "evaluations", "seed")
 """Fields of the configuration that are seen at once; the others are under "More"."""
@@ -243,6 +244,6 @@ def _whole_numbers(text: str) -> Iterator[int]:
 
 def _problem(text: str) -> str:
     return (
-        '<div class="ta-problem" role="alert" style="font-size:12px;line-height:1.45;color:#ff7b72;'
+        f'<div class="ta-problem" role="alert" style="font-size:12px;line-height:1.45;color:{theme.BAD_TEXT};'
         f'padding:1px 10px 5px">{html.escape(text)}</div>'
     )

@@ -7,10 +7,10 @@ from typing import Protocol
 import viser
 
 from app.actions import Actions
+from app.chosen_robot import ChosenRobot
 from app.palette import Command
 from app.run_panel import RunPanel
 from app.run_picker import RunPicker
-from app.takeaway import Takeaway
 
 
 class Viewer(Protocol):
@@ -28,24 +28,12 @@ class Viewer(Protocol):
         """Show the maps as they are."""
         ...
 
-    def toggle_replay(self) -> None:
-        """Play or pause."""
-        ...
-
-    def replay_again(self) -> None:
-        """Play from the start."""
-        ...
-
-    def export(self) -> None:
-        """Download the chosen robot."""
-        ...
-
 
 def viewing_commands(
-    session: Viewer, actions: Actions, picker: RunPicker, takeaway: Takeaway
+    session: Viewer, robot: ChosenRobot, actions: Actions, picker: RunPicker
 ) -> list[Command]:
     """Return what everybody may do."""
-    guarded, icon = actions.guarded, viser.Icon
+    guarded, icon, takeaway = actions.guarded, viser.Icon, robot.takeaway
     return [
         Command(
             "Choose a run",
@@ -68,17 +56,15 @@ def viewing_commands(
             icon.PLAYER_SKIP_FORWARD,
             guarded(session.show_newest),
         ),
+        Command("Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.toggle_replay)),
         Command(
-            "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(session.toggle_replay)
-        ),
-        Command(
-            "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(session.replay_again)
+            "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(robot.replay_again)
         ),
         Command(
             "Export this robot",
             "Download it as a zip: build sheet, parts, firmware, MJCF",
             icon.DOWNLOAD,
-            guarded(session.export, alone=False),
+            guarded(takeaway.export),
         ),
         Command(
             "Add this robot to the basket",

@@ -13,7 +13,7 @@ from app.lane_arena import LaneArena
 from app.lanes import LaneReplay
 from app.pins_panel import PinsPanel
 from app.what_if_panel import Events, WhatIfPanel
-from engine.replay import Playable
+from engine.replay import Frame, Playable
 from engine.what_if import WhatIfReplay
 from viz.robot_differences import Entry
 from viz.what_if import describe
@@ -50,6 +50,7 @@ class Stage:
         self._lanes = LaneArena(client, arena.look_at, lambda: arena.marks)
         self._label: viser.LabelHandle | None = None
         self._labelled: Playable | None = None
+        self._label_place = -1
         self._n_labels = 0
         self._labelling = threading.Lock()
         self._what_if = WhatIfPanel(client, tabs, actions, Events(self._play_variant, may_simulate))
@@ -81,8 +82,13 @@ class Stage:
             return self._what_if.replay(target)
         return None
 
-    def show(self, replay: Playable, index: int) -> bool:
+    def show(self, replay: Playable, index: int, frame: Frame) -> bool:
         """Draw a frame, and take away what a replay of another kind has left.
+
+        Args:
+            replay: what is played.
+            index: of the recorded frame that is nearest.
+            frame: to draw.
 
         Returns:
             Whether it is of the chosen robot itself.
@@ -90,13 +96,13 @@ class Stage:
         if isinstance(replay, LaneReplay):
             self._clear_label()
             self._arena.clear()
-            self._lanes.show(replay, index)
-            self._pins.tell(replay, replay.frames[index].time)
+            self._lanes.show(replay, frame.time)
+            self._pins.tell(replay, frame.time)
             return False
         self._lanes.clear()
-        self._arena.show(replay, index)
+        self._arena.show(replay, index, frame)
         if isinstance(replay, WhatIfReplay):
-            self._show_label(replay, index)
+            self._show_label(replay, index, frame)
             return False
         self._clear_label()
         return True
@@ -119,13 +125,14 @@ class Stage:
         self._pins.leave()
         self._play()
 
-    def _show_label(self, replay: WhatIfReplay, index: int) -> None:
+    def _show_label(self, replay: WhatIfReplay, index: int, frame: Frame) -> None:
         """Say over a variant that it is none of the archive's robots."""
         with self._labelling:
             new = replay is not self._labelled
-            if not new and index % LABEL_STEP:
+            if not new and index // LABEL_STEP == self._label_place:
                 return
-            x, y = (float(v) for v in replay.frames[index].pose[..., :2].mean(axis=(0, 1)))
+            self._label_place = index // LABEL_STEP
+            x, y = (float(v) for v in frame.pose[..., :2].mean(axis=(0, 1)))
             if new or self._label is None:
                 if self._label is not None:
                     self._label.remove()

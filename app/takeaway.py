@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 
 import viser
 
 from app import basket
 from app.actions import Actions
+from app.address import find_run, run_name
+from app.basket_memory import BasketMemory, Kept
 from app.basket_panel import BasketPanel, Events
-from app.file_maker import File
+from app.file_maker import File, FileMaker
 from app.library import Library
 from app.limits import SimulationBudget
 from app.recording import Progress, recording
+from app.robot_folder import folder_name, robot_folder
 from app.state import Selection, SessionState
-from engine.errors import InvalidData
+from engine.errors import InvalidData, TensAtlasError
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.replay import Replay
 from engine.table import csv_bytes, elite_table
-from engine.tasks import get_task
 from engine.zip_file import zip_bytes
+from viz.build_sheet.facts import Place
+
+log = logging.getLogger(__name__)
 
 VIDEO_PRICE = 5
 """A video costs a visitor as much as so many replays."""
@@ -35,6 +41,7 @@ class Takeaway:
         state: what it looks at.
         library: the runs.
         actions: of the browser.
+        maker: of its files.
         budget: what it may have simulated.
         moment: returns the moment of the replay that is shown, in s of the trial's clock.
     """
@@ -45,16 +52,17 @@ class Takeaway:
         state: SessionState,
         library: Library,
         actions: Actions,
+        maker: FileMaker,
         *,
         budget: SimulationBudget,
         moment: Callable[[], float],
     ) -> None:
         self._state, self._library, self._actions = state, library, actions
-        self._budget, self._moment = budget, moment
+        self._memory: BasketMemory | None = None
+        self._maker, self._budget, self._moment = maker, budget, moment
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
-            actions,
             Events(
                 record=guarded(self.record),
                 table=guarded(self.table),
@@ -65,9 +73,39 @@ class Takeaway:
             ),
         )
 
+    def begin(self, gui: viser.GuiApi) -> None:
+        """Ask the browser what its basket held before the page was loaded again.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
+
     def close(self) -> None:
         """Give up what is being made for a browser that has gone."""
-        self.panel.maker.cancel()
+        self._maker.cancel()
+
+    def export(self) -> None:
+        """Send the folder of the chosen robot as a zip.
+
+        Raises:
+            InvalidData: no robot is chosen, another file is being made, or paper or material is none on
+                offer.
+        """
+        (reader, chosen), choice = self._chosen(), self.panel.exports.choice
+        name = folder_name(reader, chosen.number)
+        cell = None if chosen.is_ancestor else chosen.cell
+        place = None if cell is None else Place(archive=chosen.archive, cell=cell)
+
+        def make(progress: Progress) -> File:
+            progress("simulating and drawing", 0, 1)
+            files = robot_folder(
+                reader, chosen.number, materials=choice.materials, place=place, paper=choice.paper
+            )
+            progress("packing", 1, 1)
+            return f"{name}.zip", zip_bytes(files, name)
+
+        self._start(f"{name}.zip", make, self._seconds(reader))
 
     def add(self) -> None:
         """Put the chosen robot into the basket.
@@ -76,16 +114,8 @@ class Takeaway:
             InvalidData: no robot is chosen, it is there already, or the basket is full.
         """
         reader, chosen = self._chosen()
-        e = chosen.evaluation
-        distance = get_task(reader.config.task).target_distance
-        item = basket.Item(
-            reader.path,
-            chosen.number,
-            e.solution.morphology.n_modules,
-            None if e.fitness is None else 100.0 * (distance - e.fitness),
-            chosen.archive,
-            None if chosen.is_ancestor else chosen.cell,
-        )
+        cell = None if chosen.is_ancestor else chosen.cell
+        item = basket.item_of(reader, chosen.evaluation, chosen.archive, cell)
         self._put(basket.added(self._state.basket, item))
 
     def remove(self, position: int) -> None:
@@ -97,15 +127,19 @@ class Takeaway:
         self._put(())
 
     def download(self) -> None:
-        """Send the exports of all robots in the basket as one zip."""
-        items = self._state.basket
+        """Send the exports of all robots in the basket as one zip.
+
+        Raises:
+            InvalidData: it is empty, another file is being made, or paper or material is none on offer.
+        """
+        items, choice = self._state.basket, self.panel.exports.choice
         if not items:
             raise InvalidData("The basket is empty; add the chosen robot first.")
         seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
 
         def make(progress: Progress) -> File:
             name = "tensatlas_basket"
-            files = basket.export_basket(items, self._library.reader, progress)
+            files = basket.export_basket(items, self._library.reader, progress, choice)
             return f"{name}.zip", zip_bytes(files, name)
 
         self._start("the basket", make, seconds)
@@ -150,11 +184,31 @@ class Takeaway:
             self._budget.spend(seconds)
             return make(progress)
 
-        self.panel.maker.start(what, paid)
+        self._maker.start(what, paid)
 
     def _put(self, items: tuple[basket.Item, ...]) -> None:
         self._state.basket = items
         self.panel.show_basket(items)
+        if self._memory is not None:
+            paths = self._library.runs()
+            named = [(run_name(i.path, paths), i.number) for i in items]
+            self._memory.keep([(name, number) for name, number in named if name is not None])
+
+    def _restore(self, kept: list[Kept]) -> None:
+        """Put back what the basket held; say so if some of it is gone."""
+        paths, items = self._library.runs(), self._state.basket
+        for name, number in kept:
+            path = find_run(name, paths)
+            try:
+                if path is not None:
+                    reader = self._library.reader(path)
+                    items = basket.added(items, basket.item_of(reader, reader.evaluation(number)))
+            except TensAtlasError:
+                log.info("robot %d of %s cannot be put back into a basket", number, path)
+        if items != self._state.basket:
+            self._put(items)
+        if len(items) < len(kept):
+            self._actions.notify("The basket", "Some of its robots are not here any more.")
 
     def _seconds(self, reader: RunReader) -> float:
         trials = reader.config.trials

@@ -118,6 +118,7 @@ class TransportPanel:
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._text = gui.add_html(_text(NOTHING))
         panel.float(x=MARGIN, y=-15, width=width)
+        panel.expand()  # on a phone, too
 
         @self._play.on_click
         def _(_event: viser.GuiEvent) -> None:
@@ -303,7 +304,7 @@ def _text(line: str, legend: str = "") -> str:
 
 
 _WIDE = (6, 28, 6, 12, 8, 6, 6, 8, 4, 6, 6, 6, 6, 6, 6)
-_NARROW = (10, 22, 8, 12, 9, 6, 6, 7, 0, 7, 8, 8, 5, 6, 6)
+_NARROW = (10, 22, 8, 11, 9, 6, 8, 6, 0, 7, 8, 7, 5, 7, 6)
 """Fortieths of the panel's width that the widgets take, in their order; 0 for what there is no room for."""
 _UNLABELLED = range(5, 10)
 """Children of a narrow panel that do without their label: what they show says what it is."""
@@ -322,7 +323,9 @@ def _layout(width: int) -> str:
     labels = ", ".join(f"{panel} > :nth-child({k}) > div > div:has(label)" for k in _UNLABELLED)
     narrow = (
         f"{rows(_NARROW)} {labels} {{ display: none; }}"
-        f"{panel} > * > div {{ padding-left: 4px !important; padding-right: 4px !important; }}"
+        f"{panel} > * > div, {panel} button"
+        " { padding-left: 4px !important; padding-right: 4px !important; }"
+        f"{panel} > :nth-child(n+11) label {{ font-size: 12px !important; }}"
     )
     return (
         '<style class="ta-transport">'

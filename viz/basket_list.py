@@ -19,7 +19,7 @@ def render(rows: Sequence[tuple[str, int, int, float | None]], handler: str) -> 
     if not rows:
         return (
             '<div class="ta-basket" style="font-size:13px;opacity:.7;padding:0 10px 6px">'
-            "The basket is empty. It keeps robots of any runs until you close this page.</div>"
+            "The basket is empty. It keeps robots of any runs until you close this tab.</div>"
         )
     lines = [
         '<div style="display:grid;grid-template-columns:1fr auto auto;gap:8px;align-items:center;'

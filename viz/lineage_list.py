@@ -6,6 +6,7 @@ import html
 from collections.abc import Sequence
 
 from engine.lineage import Ancestor, body_changes
+from viz import theme
 
 SELECTED = "#ff5d8f"
 THOUSAND = 1000
@@ -64,7 +65,7 @@ def _row(a: Ancestor, parent: Ancestor | None, shown: bool, distance: float, on_
     gain = ""
     if f_s is not None and parent is not None and parent.fitness is not None:
         more = 100 * (parent.fitness - a.fitness) if a.fitness is not None else 0.0
-        color = "#36b3a0" if more >= 0 else "#e6786e"
+        color = theme.GOOD_TEXT if more >= 0 else theme.BAD_TEXT
         gain = f'<span style="color:{color}"> {more:+.1f}</span>'
     dot = SELECTED if shown else "#8b93a1"
     return (

@@ -61,18 +61,6 @@ def draw_ball(
     draw.ellipse([x - r, y - r, x + r, y + r], shades[1])
 
 
-def between(one: Drawing, other: Drawing, part: float) -> Drawing:
-    """Return a drawing between two of one robot; quaternions are not interpolated, nodes are."""
-    if part < 1e-6:
-        return one
-    values = {
-        name: (1.0 - part) * getattr(one, name) + part * getattr(other, name)
-        for name in ("rod_positions", "nodes", "cables", "tension")
-    }
-    colors = ((1.0 - part) * one.cable_colors + part * other.cable_colors).astype(np.uint8)
-    return dataclasses.replace(one, **values, cable_colors=colors)
-
-
 def rod_ends(drawing: Drawing) -> np.ndarray:
     """Return the (rods, 2, 3) ends of the rods: of a module's points the first twelve are its nodes."""
     per_module = len(t.NODES) + 1

@@ -17,11 +17,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 from engine import tensegrity as t
 from engine.errors import ExportError
+from engine.interpolation import frame_at
 from engine.replay import Replay
 from engine.tasks import get_task
 from viz import theme
 from viz.camera import NEAR, Camera
-from viz.painting import Look, Part, between, draw_ball, draw_rod, mix, rod_ends, shade, wall_faces
+from viz.painting import Look, Part, draw_ball, draw_rod, mix, rod_ends, shade, wall_faces
 from viz.robot_geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
 
 SUPERSAMPLING: Final = 2
@@ -79,11 +80,9 @@ class Renderer:
         """
         replay = self._replay
         moment = min(max(moment, replay.start_time), replay.frames[-1].time)
-        at = np.clip((moment - replay.start_time) / replay.frame_period - 1.0, 0.0, len(replay.frames) - 1.0)
-        index = int(at)
-        following = replay.frames[min(index + 1, len(replay.frames) - 1)]
-        one, other = (self._geometry.draw(f.pose, f.lengths) for f in (replay.frames[index], following))
-        drawing = between(one, other, at - index)
+        index = max(int((moment - replay.start_time) / replay.frame_period - 1.0), 0)
+        frame = frame_at(replay, moment)
+        drawing = self._geometry.draw(frame.pose, frame.lengths)
         begun = moment >= 0.0
         bare, full = self._backgrounds[begun]
         points = np.concatenate([drawing.nodes, drawing.nodes * [1, 1, 0]])

@@ -12,6 +12,7 @@ from engine.evaluation import Evaluation
 from engine.morphology import Morphology
 from engine.tasks import get_task
 from engine.tensegrity import stiffness_n_per_m
+from viz import theme
 
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;padding:2px 0">'
@@ -45,7 +46,7 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
     if entered is not None:
         parts.append(_ROW.format("generation", entered))
     if evaluation.failure:
-        parts.append(f'<div style="color:#ff7b72">failed: {html.escape(evaluation.failure)}</div>')
+        parts.append(f'<div style="color:{theme.BAD_TEXT}">failed: {html.escape(evaluation.failure)}</div>')
     parts.append(_targets(config, evaluation))
     parts.append("</div>")
     return "".join(parts)
@@ -68,7 +69,7 @@ def render_failure(dump: Dump) -> str:
         [
             '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
             f'<div style="font-size:17px;font-weight:600">Robot {failed.solution.number}</div>',
-            '<div style="color:#ff7b72;margin:2px 0 6px">The simulation failed: '
+            f'<div style="color:{theme.BAD_TEXT};margin:2px 0 6px">The simulation failed: '
             f"{html.escape(failure.reason)}</div>",
             _ROW.format("while", where),
             _ROW.format("dumped", f"the last {shown:.2f} s"),

@@ -7,9 +7,15 @@ import html
 from collections.abc import Collection, Sequence
 from typing import Final, Literal
 
+from viz import theme
+
 State = Literal["live", "finished", "paused", "stopped"]
 
-_COLORS: Final = {"live": "#36b3a0", "paused": "#e0a458", "stopped": "#e0a458"}
+_COLORS: Final = {
+    "live": theme.GOOD_TEXT,
+    "paused": theme.WARNING_TEXT,
+    "stopped": theme.WARNING_TEXT,
+}
 _STYLE: Final = (
     "<style>.ta-runs button{display:block;width:100%;border:0;color:inherit;font:inherit;text-align:left;"
     "cursor:pointer;background:none;border-radius:5px;padding:5px 8px}"
@@ -111,7 +117,8 @@ def render_choices(runs: Sequence[tuple[str, RunFacts]], chosen: Collection[int]
     ]
     links = "".join(
         f'<button type="button" data-c="{name}:0" onclick="{on_click}" title="Choose {name} of the runs"'
-        ' style="border:0;background:none;color:#36b3a0;font:inherit;padding:0 0 0 10px;cursor:pointer">'
+        f' style="border:0;background:none;color:{theme.GOOD_TEXT};font:inherit;padding:0 0 0 10px;'
+        'cursor:pointer">'
         f"{name}</button>"
         for name in ("all", "none")
     )
@@ -136,7 +143,7 @@ def _row(
 ) -> str:
     disabled = " disabled" if facts.problem is not None and role == "checkbox" else ""
     if facts.problem is not None:
-        best, details = "", f'<span style="color:#ff7b72">{html.escape(facts.problem)}</span>'
+        best, details = "", f'<span style="color:{theme.BAD_TEXT}">{html.escape(facts.problem)}</span>'
     else:
         best = "" if facts.best is None else f"{100 * facts.best:.2f} cm"
         date = f" · {html.escape(facts.date)}" if facts.date else ""

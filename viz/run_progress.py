@@ -7,6 +7,8 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from viz import theme
+
 _LINE: Final = "font-size:12.5px;line-height:1.5;padding:1px 10px 4px"
 _DUMP: Final = re.compile(r"evaluation-(\d+)-(?:target-(\d+)-repeat-(\d+)|(.+))")
 
@@ -70,8 +72,8 @@ def render_failures(names: Sequence[str], on_click: str) -> str:
     """
     buttons = "".join(
         f'<button type="button" data-c="dump:{k}" onclick="{on_click}" title="Watch its last moments"'
-        ' style="display:block;border:0;background:none;color:#e0a458;font:inherit;padding:1px 0;'
-        f'cursor:pointer;text-align:left">▸ {html.escape(_dump_label(name))}</button>'
+        f' style="display:block;border:0;background:none;color:{theme.WARNING_TEXT};font:inherit;'
+        f'padding:1px 0;cursor:pointer;text-align:left">▸ {html.escape(_dump_label(name))}</button>'
         for k, name in enumerate(names)
     )
     return (

@@ -29,6 +29,17 @@ CONTACT: Final = (176, 232, 84)
 NUMBER: Final = (226, 232, 240)
 TARGET: Final = (46, 204, 224)
 TRAIL: Final = (255, 93, 143)
+GOOD_TEXT: Final = "var(--ta-good,#36b3a0)"
+WARNING_TEXT: Final = "var(--ta-warning,#e0a458)"
+BAD_TEXT: Final = "var(--ta-bad,#ff7b72)"
+"""CSS colours of words that stand out; darker where the app is light."""
+TEXT_STYLE: Final = (
+    '<style>[data-mantine-color-scheme="light"]{--ta-good:#0f766e;--ta-warning:#955900;--ta-bad:#c0362c;'
+    "--ta-first:#0f766e;--ta-second:#955900}"
+    '[data-mantine-color-scheme="light"] [role="tab"][aria-selected="true"]'
+    "{color:var(--ta-good)!important}</style>"
+)
+"""What makes them so; to be on the page once."""
 
 
 def color_at(part: float, name: str = "viridis") -> str:

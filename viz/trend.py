@@ -15,7 +15,7 @@ WIDTH: Final = 396
 COLUMN, ROW = 206, 72
 PLOT_WIDTH, PLOT_HEIGHT = 158, 40
 LEFT, TOP, BOTTOM = 30, 20, 14
-COLORS: Final = ("#2fa592", "#d08b34")
+COLORS: Final = ("var(--ta-first,#2fa592)", "var(--ta-second,#d08b34)")
 """Of the first and of the second archive: legible on dark and on light ground."""
 MAX_POINTS: Final = 160
 """Generations that are drawn; more would lie on the same pixels."""

@@ -13,7 +13,7 @@ from engine.morphology import N_FACES, Morphology
 from engine.tasks import fitness, get_task, remaining_distance, target_offsets
 from viz import theme
 
-BETTER, WORSE = "#7ee2a8", "#ff8f88"
+BETTER, WORSE = theme.GOOD_TEXT, theme.BAD_TEXT
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -95,7 +95,8 @@ def render_table(lines: list[Line], heading: str, failure: str | None = None) ->
         for k, line in enumerate(lines)
     )
     failed = (
-        f'<div style="color:#ff7b72;padding-top:4px">the simulation failed: {html.escape(failure)}</div>'
+        f'<div style="color:{theme.BAD_TEXT};padding-top:4px">the simulation failed:'
+        f" {html.escape(failure)}</div>"
         if failure
         else ""
     )

@@ -1,15 +1,21 @@
 """The basket and the making of files, without a browser."""
 
 import io
+import json
+import re
 import threading
 import time
 import zipfile
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.actions import Actions
 from app.basket import MOST, Item, added, export_basket, folder_names
+from app.basket_memory import parse
+from app.export_choice import ExportChoice
 from app.file_maker import FileMaker
 from engine.errors import ExportError, InvalidData
 from engine.reader import RunReader
@@ -38,12 +44,55 @@ def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
         # small ones: every robot is simulated, drawn and shaped
         numbers = [e.number for e in sorted(done, key=lambda e: e.morphology.n_modules)[:2]]
         basket = [item(n, str(small_run)) for n in numbers]
-        files = export_basket(basket, lambda _: reader, lambda *a: told.append(a))
+        choice = ExportChoice.of("Letter", "latex-cord")
+        files = export_basket(basket, lambda _: reader, lambda *a: told.append(a), choice)
     assert {name.split("/")[0] for name in files} == {f"small_robot_{n}" for n in numbers}
     assert all(f"small_robot_{n}/genotype.json" in files for n in numbers)
+    for n in numbers:
+        assert json.loads(files[f"small_robot_{n}/manifest.json"])["materials"] == choice.materials.name
+        page = re.search(rb"/MediaBox *\[ *0 0 ([0-9.]+)", files[f"small_robot_{n}/build_sheet.pdf"])
+        assert page is not None
+        assert float(page[1]) == pytest.approx(8.5 * 72)
     assert told == [("exporting", k, 2) for k in range(3)]
     with zipfile.ZipFile(io.BytesIO(zip_bytes(files, "basket"))) as packed:
         assert packed.testzip() is None
+
+
+@pytest.mark.parametrize(
+    ("paper", "material"),
+    [("a4", "tpu-85a"), ("../x", "tpu-85a"), (None, "tpu-85a"), ("A4", "/etc/passwd"), ("A4", ["tpu-85a"])],
+)
+def test_what_is_not_on_offer_is_refused(paper, material):
+    with pytest.raises(InvalidData, match="Choose a"):
+        ExportChoice.of(paper, material)
+
+
+entries = st.lists(st.tuples(st.text(max_size=20), st.integers(0, 10**9 - 1)), max_size=6, unique=True)
+
+
+@given(entries)
+def test_a_tab_remembers_its_basket(kept):
+    assert parse(json.dumps(kept)) == kept
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=9),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
+)
+
+
+@given(st.text(max_size=300) | json_values.map(json.dumps) | st.lists(json_values).map(json.dumps))
+def test_whatever_a_browser_claims_to_remember_becomes_names_and_numbers(text):
+    for name, number in parse(text):
+        assert isinstance(name, str)
+        assert type(number) is int
+        assert number >= 0
+
+
+def test_a_memory_without_end_is_none():
+    assert parse("[" * 50_000) == []
+    assert parse(json.dumps([["x" * 30_000, 1]])) == []
+    assert len(parse(json.dumps([["a", k] for k in range(2 * MOST)]))) == MOST
 
 
 def test_names_of_runs_are_text_in_the_list():
@@ -63,11 +112,20 @@ class Widget:
         self.clicked = clicked
 
 
+class Notice:
+    def __init__(self, shown):
+        self.shown = shown
+        shown.append(self)
+
+    def remove(self):
+        self.shown.remove(self)
+
+
 class Browser:
     """What a file maker uses of a browser."""
 
     def __init__(self):
-        self.gui, self.downloads, self.notices = self, [], []
+        self.gui, self.downloads, self.notices, self.loading = self, [], [], []
 
     def add_markdown(self, content, **options):
         return Widget(content, options["visible"])
@@ -83,13 +141,16 @@ class Browser:
     def send_file_download(self, name, content, **_options):
         self.downloads.append((name, content))
 
-    def add_notification(self, title, body, **_options):
+    def add_notification(self, title, body, *, loading=False, **_options):
+        if loading:
+            return Notice(self.loading)
         self.notices.append((title, body))
+        return None
 
 
 def finish(browser):
     deadline = time.monotonic() + 20
-    while browser.bar.visible or not (browser.downloads or browser.notices):
+    while browser.bar.visible or browser.loading or not (browser.downloads or browser.notices):
         assert time.monotonic() < deadline
         time.sleep(0.01)
 
@@ -115,8 +176,10 @@ def test_a_file_is_made_beside_everything_else_and_only_one_at_a_time(browser):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert browser.cancel.visible
+    assert len(browser.loading) == 1
     go.set()
     finish(browser)
+    assert browser.loading == []
     assert browser.downloads == [("a.txt", b"1")]
     browser.downloads.clear()
     maker.start("b.txt", lambda _: ("b.txt", b"2"))
@@ -138,6 +201,7 @@ def test_what_is_cancelled_or_fails_sends_nothing_and_says_so(browser):
     browser.cancel.clicked(None)
     finish(browser)
     assert browser.notices == [("Cancelled", "No file was made of a.txt.")]
+    assert browser.loading == []
 
     def fail(progress):
         raise ExportError("no disk")

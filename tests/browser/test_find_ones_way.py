@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from app.explore import serve
 from app.viser_private import inputs_of
 
 Visit = Callable[[str], Page]
+WAIT = 60_000
+"""Milliseconds for software rendering on a busy machine."""
 
 
 def test_a_bare_start_explains_itself_and_every_control_says_what_it_does(
@@ -45,3 +47,19 @@ def test_without_a_run_the_page_says_how_to_get_one(workplace: Path, visit: Visi
         page = visit(f"http://127.0.0.1:{server.get_port()}/?run=lost")
         expect(page.get_by_text("There is no run to show yet.")).to_be_visible()
         expect(page.get_by_text("There is no run 'lost' here; choose one from the list.")).to_be_visible()
+
+
+def test_a_phone_begins_with_the_maps(address: str, chromium: Browser) -> None:
+    context = chromium.new_context(viewport={"width": 390, "height": 844}, reduced_motion="reduce")
+    page = context.new_page()
+    page.set_default_timeout(WAIT)
+    page.goto(address)
+    map_, robot = page.locator("svg.ta-map").first, page.get_by_text("Robot", exact=True)
+    expect(map_).to_be_visible()
+    expect(robot).to_be_attached()
+    above, below = map_.bounding_box(), robot.bounding_box()
+    assert above is not None
+    assert below is not None
+    assert above["y"] < 844 - 200
+    assert below["y"] > above["y"] + above["height"]
+    context.close()

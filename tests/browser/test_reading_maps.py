@@ -89,6 +89,7 @@ def test_a_map_is_read_by_keyboard_and_on_a_scale_of_ones_own(
     high.fill("-90")
     high.press("Enter")
     expect(page.get_by_text("the colour scale must begin below its end")).to_be_visible()
+    expect(high).to_have_value("30")
     expect(bar.filter(has_text=re.compile("^30$"))).to_have_count(1)
     choose(page, "Colours", "cividis")
     expect(map_.locator("stop").last).to_have_attribute("stop-color", "#fee838")

@@ -13,6 +13,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, Request, expect
 
+from engine.fabrication.materials import preset_text
+
 pytestmark = pytest.mark.browser
 
 
@@ -45,15 +47,27 @@ def test_files_and_basket(
         numbers.append(number)
         page.get_by_role("button", name="Add to basket").click()
         expect(listed).to_contain_text(f"{number} · small")
+    # a reload of the page changes nothing, but that the folder is folded again
+    page.reload()
+    page.get_by_text("Take along", exact=True).click()
+    for number in numbers:
+        expect(listed).to_contain_text(f"{number} · small")
+    expect(line).to_contain_text("exactly as evaluated")
     # the same robot again is refused, and another one is taken out again
     page.get_by_role("button", name="Add to basket").click()
     expect(page.get_by_text("is in the basket already")).to_be_visible()
 
+    page.get_by_label("Paper", exact=True).click()
+    page.get_by_role("option", name="Letter").click()
+    page.get_by_label("Material", exact=True).click()
+    page.get_by_role("option", name="silicone-cord").click()
     name, content = download(page, "Download basket")
     assert name == "tensatlas_basket.zip"
     with zipfile.ZipFile(io.BytesIO(content)) as packed:
         folders = {n.split("/")[1] for n in packed.namelist()}
+        chosen_materials = [packed.read(n) for n in packed.namelist() if n.endswith("/materials.toml")]
     assert folders == {f"small_robot_{n}" for n in numbers}
+    assert chosen_materials == [preset_text("silicone-cord").encode()] * 2
     listed.get_by_role("button", name=f"Take robot {numbers[0]} of small out").click()
     expect(page.get_by_role("button", name="Download basket (1)")).to_be_visible()
     page.get_by_role("button", name="Clear basket").click()

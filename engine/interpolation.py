@@ -1,0 +1,61 @@
+"""A robot at any moment: between the frames that a simulation has recorded."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from engine.replay import Frame, Playable
+
+NEAR: Final = 1e-4
+"""Part of a period within which a moment is that of a recorded frame."""
+
+
+def frame_at(replay: Playable, moment: float) -> Frame:
+    """Return the frame of a moment; never one beyond what has been simulated.
+
+    Args:
+        replay: of which there is a frame.
+        moment: of its clock, in s.
+
+    Returns:
+        The recorded frame itself where there is one, and before the first and after the last.
+    """
+    frames = replay.frames
+    last = len(frames) - 1
+    place = (moment - replay.start_time) / replay.frame_period - 1.0
+    nearest = min(max(round(place), 0), last)
+    if not 0.0 < place < last or abs(place - nearest) < NEAR:
+        return frames[nearest]
+    first = math.floor(place)
+    return between(frames[first], frames[first + 1], place - first)
+
+
+def between(one: Frame, other: Frame, part: float) -> Frame:
+    """Return what lies a part of the way, from 0 to 1, from a frame to one soon after it.
+
+    Positions, lengths and the head move along straight lines. Quaternions do too, the shorter way, and are
+    scaled to unit length: within a frame's time a rod turns little, so that this is close to the great
+    circle. Contacts and what is sensed are the nearer frame's.
+    """
+    nearer = one if part < 0.5 else other
+    pose = _mix(one.pose, other.pose, part)
+    first, second = one.pose[..., 3:], other.pose[..., 3:]
+    # q and -q are the same turn
+    sign = np.where((first * second).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    turn = _mix(first, sign * second, part)
+    pose[..., 3:] = turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+    return Frame(
+        time=one.time + part * (other.time - one.time),
+        pose=pose,
+        lengths=_mix(one.lengths, other.lengths, part),
+        head=_mix(one.head, other.head, part),
+        contacts=nearer.contacts,
+        sensed=nearer.sensed,
+    )
+
+
+def _mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
+    return ((1.0 - part) * one + part * other).astype(np.float32)
