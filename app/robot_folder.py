@@ -87,7 +87,7 @@ def robot_folder(
     files = export_files(reader, number, trial)
     for name, content in fabrication_files(facts.morphology, materials).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
-    sketch = firmware_files(reader.config, evaluation, run=facts.run_name)
+    sketch = firmware_files(reader.config, evaluation, run=facts.run_name, first=trial.sensed)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     files |= {
         "build_sheet.pdf": build_sheet(facts, materials, paper)[0],

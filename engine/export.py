@@ -32,7 +32,7 @@ from engine.replay import Replay
 from engine.robot import build_spec
 from engine.run import versions
 from engine.simulation import Head
-from engine.tasks import get_task, target_offsets
+from engine.tasks import get_task, sensed, target_offsets
 from engine.walls import Wall, add_walls
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
@@ -48,6 +48,7 @@ class Trial:
 
     Attributes:
         settled: the complete state after settling.
+        sensed: (inputs,) what the controller senses as the trial begins.
         pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
@@ -57,6 +58,7 @@ class Trial:
     """
 
     settled: np.ndarray
+    sensed: np.ndarray
     pose: np.ndarray
     commands: np.ndarray
     path: np.ndarray
@@ -162,6 +164,7 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
     commands, path = [], []
     if loop is not None and replay.failure is None:
         settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
+        first = sensed(get_task(config.task), loop.view(), loop.sim.alive)[0, 0]
         per_second = round(1.0 / period)
         path.append(loop.head()[0, 0])
         for k in range(1, round(config.trials.trial_time / period) + 1):
@@ -173,7 +176,7 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
         raise ExportError(
             f"evaluation {evaluation.solution.number} cannot be repeated with this version: {replay.failure}"
         )
-    return Trial(settled, pose, np.array(commands), np.array(path), replay.score, replay.walls, replay)
+    return Trial(settled, first, pose, np.array(commands), np.array(path), replay.score, replay.walls, replay)
 
 
 def _robot_xml(

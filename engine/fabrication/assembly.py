@@ -12,9 +12,8 @@ from manifold3d import Manifold
 from trimesh.visual.material import PBRMaterial
 
 from engine import tensegrity as t
-from engine.fabrication import parts as p
 from engine.fabrication import servo_parts as sp
-from engine.fabrication import solids
+from engine.fabrication import shapes, solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import CAP_TIP, Materials
 from engine.fabrication.module_state import CONTRACTED, HOLD, floating_module
@@ -52,7 +51,7 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
-        scene.shape("cap", p.cap(design, materials.printer), name=f"cap_{level}")
+        scene.shape("cap", shapes.cap(design, materials.printer), name=f"cap_{level}")
     nodes = []
     for i, (rotation, centre, points) in enumerate(frames):
         nodes.append(points)

@@ -9,8 +9,6 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from engine import servo
 from engine import tensegrity as t
 from engine.csv_text import csv_text
@@ -19,7 +17,7 @@ from engine.fabrication.materials import Materials, load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.quantity import Source
 from engine.fabrication.rods import rods, stock_plan
-from engine.fabrication.servo_parts import drum_errors, groove_radii, servo_rod_centre_of_mass
+from engine.fabrication.servo_parts import drum_errors, groove_radii
 from engine.morphology import Morphology
 
 COLUMNS: Final = (
@@ -61,48 +59,6 @@ class Part:
     note: str
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class MassLine:
-    """A group of parts in the balance of masses.
-
-    Attributes:
-        group: one of ``GROUPS``.
-        simulated: mass that the simulation gives it, in kg.
-        built: sum of its parts, ballast included, in kg.
-        explanation: why they differ.
-    """
-
-    group: str
-    simulated: float
-    built: float
-    explanation: str
-
-
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class MassBalance:
-    """Simulated against built mass of the whole robot; the lines add up to both totals.
-
-    Attributes:
-        lines: the groups that the robot carries.
-        ballast: to glue to each module's servo rod, in kg: what a module lacks to its simulated mass.
-        excess: what the robot weighs more than simulated, in kg; 0 if ballast makes up for it.
-    """
-
-    lines: tuple[MassLine, ...]
-    ballast: float
-    excess: float
-
-    @property
-    def simulated(self) -> float:
-        """Mass of the robot in the simulation, in kg."""
-        return sum(line.simulated for line in self.lines)
-
-    @property
-    def built(self) -> float:
-        """Mass of the robot as built, ballast included, in kg."""
-        return sum(line.built for line in self.lines)
-
-
 def simulated_mass(morphology: Morphology) -> float:
     """Return the mass of a robot in the simulation (its real inertia), in kg."""
     return morphology.n_modules * (t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS)
@@ -127,46 +83,12 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
                 quantity=morphology.n_modules,
                 mass=ballast,
                 source=Source.ASSUMED,
-                note="lead or steel on the servo rod, on the side away from the servo: makes a module as"
-                " heavy as the simulated one",
+                note="lead or steel on the servo rod, beside the cap of node 1: makes a module as"
+                " heavy as the"
+                " simulated one",
             ),
         )
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
-
-
-def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
-    """Compare a robot's simulated mass with that of its parts, group by group."""
-    listed = parts(morphology, materials)
-    n = morphology.n_modules
-    simulated = dict.fromkeys(GROUPS, 0.0)
-    simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
-    simulated["servo rod"] = n * t.SERVO_ROD_MASS
-    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
-    rod = (
-        sum(
-            p.quantity * p.mass
-            for p in listed
-            if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
-        )
-        / n
-    )
-    off = servo_rod_centre_of_mass(materials, rod) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
-    why = {
-        "plain rods": f"{materials.rod.material} and two printed caps each",
-        "servo rod": "rod, caps, servo, mount, drum and screws"
-        + (", and ballast for what the module lacks" if ballast else "")
-        + f"; without ballast its centre of mass lies {1e3 * float(np.linalg.norm(off)):.0f} mm off the"
-        " simulated one",
-        "passive cables": "massless in the simulation",
-        "internal cables": "massless in the simulation",
-        "links": "massless in the simulation",
-    }
-    lines = tuple(
-        MassLine(group=g, simulated=simulated[g], built=_mass(listed, g), explanation=why[g])
-        for g in GROUPS[:-1]
-    )
-    excess = sum(line.built - line.simulated for line in lines)
-    return MassBalance(lines=lines, ballast=ballast, excess=excess if excess > 1e-9 else 0.0)
 
 
 def total_mass(morphology: Morphology) -> float:
@@ -188,10 +110,6 @@ def bill_of_materials(morphology: Morphology, materials: Materials | None = None
     each = f"{_milli(t.ROD_MASS)} g per plain rod, {_milli(t.SERVO_ROD_MASS)} g per servo rod"
     rows.append([*row, each])
     return csv_text(rows)
-
-
-def _mass(listed: tuple[Part, ...], group: str) -> float:
-    return sum(p.quantity * p.mass for p in listed if p.group == group)
 
 
 def _ballast(morphology: Morphology, listed: tuple[Part, ...]) -> float:
@@ -216,8 +134,8 @@ def _rods(morphology: Morphology, materials: Materials) -> list[Part]:
                 mass=of_kind[0].cut_mass,
                 source=Source.ASSUMED,
                 note=f"{materials.rod.material}; {len(of_kind) // morphology.n_modules} per module;"
-                f" {_milli(of_kind[0].length)} mm from node to node with its caps; all"
-                f" {plan.pieces} pieces come from {plan.stock_rods} of {_milli(plan.stock_length)} mm",
+                f" {1e3 * of_kind[0].length:g} mm from node to node with its caps; all"
+                f" {plan.pieces} pieces come from {plan.stock_rods} of {1e3 * plan.stock_length:g} mm",
             )
         )
     return result
@@ -240,7 +158,7 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     diameter=design.section.width,
                     mass=materials.cable.density * design.section.area * cut,
                     source=materials.cable_source,
-                    note=f"{materials.cable.material}; {_milli(design.path)} mm from knot to knot"
+                    note=f"{materials.cable.material}; {1e3 * design.path:.1f} mm from knot to knot"
                     f" unstretched; modules {_list(modules)}",
                 )
             )

@@ -47,13 +47,16 @@ def pin_map(n_modules: int) -> dict[int, int]:
     return {module: FIRST_PIN + module for module in range(n_modules)}
 
 
-def firmware_files(config: RunConfig, evaluation: Evaluation, *, run: str) -> dict[str, bytes]:
+def firmware_files(
+    config: RunConfig, evaluation: Evaluation, *, run: str, first: np.ndarray | None = None
+) -> dict[str, bytes]:
     """Return the sketch that drives a robot as its controller did in simulation.
 
     Args:
         config: of the run that the evaluation belongs to.
-        evaluation: of the robot; it is dropped and settles once more, to find what it first senses.
+        evaluation: of the robot.
         run: name of the run, for the comments.
+        first: (inputs,) that its first trial began with; None to let it settle once more and find out.
 
     Returns:
         Content by name; the names lie in the folder ``tsmr_robot``, which the Arduino IDE opens.
@@ -62,7 +65,8 @@ def firmware_files(config: RunConfig, evaluation: Evaluation, *, run: str) -> di
         InvalidData: today's robots do not survive the run's physics, or their cycle is no whole number of
             control updates.
     """
-    values = _values(config, evaluation, run)
+    first = start_inputs(config, evaluation) if first is None else first
+    values = _values(config, evaluation, run, first)
     files = {
         f"{SKETCH}/{SKETCH}.ino": "robot.ino",
         f"{SKETCH}/controller.h": "controller.h",
@@ -87,7 +91,7 @@ def start_inputs(config: RunConfig, evaluation: Evaluation) -> np.ndarray:
     return sensed(get_task(config.task), loop.view(), loop.sim.alive)[0, 0]
 
 
-def _values(config: RunConfig, evaluation: Evaluation, run: str) -> dict[str, object]:
+def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarray) -> dict[str, object]:
     """Return what the templates' names stand for."""
     solution, task, physics = evaluation.solution, get_task(config.task), config.physics
     n = solution.morphology.n_modules
@@ -112,7 +116,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str) -> dict[str, ob
         "n_phases": len(servo.PHASES),
         "phases": _numbers(servo.PHASES),
         "input_names": "\n".join(f"//   {i}: {_comment(name)}" for i, name in enumerate(task.inputs)),
-        "start_inputs": _numbers(start_inputs(config, evaluation), 7),
+        "start_inputs": _numbers(first, 7),
         "target": _comment(task.target_names[0]),
         **_network(Plan(solution.controller, 2 * n), task.n_inputs),
         "n_cables": len(t.SERVO_NODES),

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.resources
-import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Final, Literal, get_args
 
 from engine import tensegrity as t
 from engine.errors import InvalidData
 from engine.fabrication.quantity import Source
+from engine.fabrication.units_in_keys import number, read_table, text_value
 from engine.toml_file import parse_toml
 
 PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
@@ -31,14 +30,6 @@ CAP_TIP: Final = 0.0015
 
 CableForm = Literal["printed", "cord"]
 """Printed flat as one net, or bought as round cord and cut to length."""
-
-_UNITS: Final = {"mpa": 1e6, "mm": 1e-3, "mm2": 1e-6, "g": 1e-3, "percent": 1e-2}
-
-
-def _number(unit: str = "", *, zero: bool = False, optional: bool = False) -> Any:
-    """Describe a number of the file: its unit, whether it may be 0 and whether it may be left out."""
-    extra: dict[str, Any] = {"default": None} if optional else {}
-    return dataclasses.field(metadata={"unit": unit, "zero": zero}, **extra)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,12 +49,12 @@ class CableMaterial:
 
     material: str
     form: CableForm
-    modulus: float = _number("mpa")
-    density: float = _number("kg_m3")
-    max_strain: float = _number("percent")
-    max_tail: float = _number("mm", zero=True)
-    stock_diameters: tuple[float, ...] = _number("mm")
-    k_ref: float | None = _number("n_per_m", optional=True)
+    modulus: float = number("mpa")
+    density: float = number("kg_m3")
+    max_strain: float = number("percent")
+    max_tail: float = number("mm", zero=True)
+    stock_diameters: tuple[float, ...] = number("mm")
+    k_ref: float | None = number("n_per_m", optional=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,14 +70,14 @@ class Printer:
         clearance: between a hole and what is put into it, on the diameter, in m.
     """
 
-    nozzle: float = _number("mm")
-    layer: float = _number("mm")
-    min_layers: int = _number()
-    min_wall: float = _number("mm")
-    bed_x: float = _number("mm")
-    bed_y: float = _number("mm")
-    bed_z: float = _number("mm")
-    clearance: float = _number("mm", zero=True)
+    nozzle: float = number("mm")
+    layer: float = number("mm")
+    min_layers: int = number()
+    min_wall: float = number("mm")
+    bed_x: float = number("mm")
+    bed_y: float = number("mm")
+    bed_z: float = number("mm")
+    clearance: float = number("mm", zero=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,9 +92,9 @@ class RodStock:
     """
 
     material: str
-    density: float = _number("kg_m3")
-    stock_length: float = _number("mm")
-    kerf: float = _number("mm", zero=True)
+    density: float = number("kg_m3")
+    stock_length: float = number("mm")
+    kerf: float = number("mm", zero=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +107,7 @@ class Plastic:
     """
 
     material: str
-    density: float = _number("kg_m3")
+    density: float = number("kg_m3")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,22 +132,22 @@ class ServoMotor:
     """
 
     model: str
-    mass: float = _number("g")
-    body_length: float = _number("mm")
-    body_width: float = _number("mm")
-    body_height: float = _number("mm")
-    ear_length: float = _number("mm")
-    ear_height: float = _number("mm")
-    screw_spacing: float = _number("mm")
-    shaft_offset: float = _number("mm", zero=True)
-    shaft_diameter: float = _number("mm")
-    shaft_height: float = _number("mm")
-    torque: float = _number("n_m")
-    voltage: float = _number("v")
-    stall_current: float = _number("a")
-    travel: float = _number("degrees")
-    pulse_min: float = _number("us")
-    pulse_max: float = _number("us")
+    mass: float = number("g")
+    body_length: float = number("mm")
+    body_width: float = number("mm")
+    body_height: float = number("mm")
+    ear_length: float = number("mm")
+    ear_height: float = number("mm")
+    screw_spacing: float = number("mm")
+    shaft_offset: float = number("mm", zero=True)
+    shaft_diameter: float = number("mm")
+    shaft_height: float = number("mm")
+    torque: float = number("n_m")
+    voltage: float = number("v")
+    stall_current: float = number("a")
+    travel: float = number("degrees")
+    pulse_min: float = number("us")
+    pulse_max: float = number("us")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,8 +163,8 @@ class Line:
 
     material: str
     elastic: str
-    diameter: float = _number("mm")
-    linear_density: float = _number("kg_m")
+    diameter: float = number("mm")
+    linear_density: float = number("kg_m")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +181,7 @@ class Item:
     model: str
     carried: bool
     note: str
-    mass: float = _number("g")
+    mass: float = number("g")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,8 +197,8 @@ class Fastener:
 
     model: str
     use: str
-    per_module: int = _number()
-    mass: float = _number("g", zero=True)
+    per_module: int = number()
+    mass: float = number("g", zero=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,11 +213,11 @@ class PullTest:
         max_strain: the largest strain from which the specimen sprang back.
     """
 
-    length: float = _number("mm")
-    area: float = _number("mm2")
-    force: float = _number("n")
-    extension: float = _number("mm")
-    max_strain: float = _number("percent")
+    length: float = number("mm")
+    area: float = number("mm2")
+    force: float = number("n")
+    extension: float = number("mm")
+    max_strain: float = number("percent")
 
     @property
     def modulus(self) -> float:
@@ -317,7 +308,7 @@ def parse_materials(text: str, *, file: str) -> Materials:
     for key in ("name", "fastener", *_TABLES):
         if key not in content:
             raise InvalidData(f"{file}: {key} is missing")
-    tables = {key: _read(kind, content[key], f"{file}: {key}") for key, kind in _TABLES.items()}
+    tables = {key: read_table(kind, content[key], f"{file}: {key}") for key, kind in _TABLES.items()}
     _check_cable(tables["cable"], file)
     if tables["servo"].pulse_max <= tables["servo"].pulse_min:
         raise InvalidData(f"{file}: servo.pulse_max_us must be more than servo.pulse_min_us")
@@ -327,16 +318,16 @@ def parse_materials(text: str, *, file: str) -> Materials:
     if not isinstance(content["fastener"], list):
         raise InvalidData(f"{file}: fastener must be a list of tables: [[fastener]]")
     fasteners = tuple(
-        _read(Fastener, item, f"{file}: fastener[{i}]") for i, item in enumerate(content["fastener"])
+        read_table(Fastener, item, f"{file}: fastener[{i}]") for i, item in enumerate(content["fastener"])
     )
     pull_test = None
     if "pull_test" in content:
-        pull_test = _read(PullTest, content["pull_test"], f"{file}: pull_test")
+        pull_test = read_table(PullTest, content["pull_test"], f"{file}: pull_test")
         tables["cable"] = dataclasses.replace(
             tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
         )
     return Materials(
-        name=_text(content["name"], f"{file}: name"),
+        name=text_value(content["name"], f"{file}: name"),
         file=file,
         fasteners=fasteners,
         pull_test=pull_test,
@@ -356,69 +347,3 @@ def _check_cable(cable: CableMaterial, file: str) -> None:
         raise InvalidData(f"{file}: cable.stock_diameters_mm must name the diameters that can be bought")
     if list(cable.stock_diameters) != sorted(set(cable.stock_diameters)):
         raise InvalidData(f"{file}: cable.stock_diameters_mm must increase")
-
-
-def _read(kind: type, table: Any, where: str) -> Any:
-    """Read a table of the file into its dataclass; ``where`` is the file and the table."""
-    if not isinstance(table, Mapping):
-        raise InvalidData(f"{where} must be a table")
-    values: dict[str, Any] = {}
-    fields = {_key(f): f for f in dataclasses.fields(kind)}
-    for key in table:
-        if key not in fields:
-            raise InvalidData(f"{where}.{key} is unknown; known are {', '.join(fields)}")
-    for key, field in fields.items():
-        if key not in table:
-            if field.default is None:
-                continue
-            raise InvalidData(f"{where}.{key} is missing")
-        values[field.name] = _value(field, table[key], f"{where}.{key}")
-    return kind(**values)
-
-
-def _key(field: dataclasses.Field[Any]) -> str:
-    unit = field.metadata.get("unit")
-    return f"{field.name}_{unit}" if unit else field.name
-
-
-def _value(field: dataclasses.Field[Any], value: Any, where: str) -> Any:
-    if "unit" not in field.metadata:
-        if field.type == "bool":
-            if type(value) is not bool:
-                raise InvalidData(f"{where} must be true or false, not {value!r}")
-            return value
-        return _text(value, where)
-    if str(field.type).startswith("tuple"):
-        if not isinstance(value, list):
-            raise InvalidData(f"{where} must be a list of numbers, not {value!r}")
-        return tuple(_checked(field, v, f"{where}[{i}]") for i, v in enumerate(value))
-    return _checked(field, value, where)
-
-
-def _checked(field: dataclasses.Field[Any], value: Any, where: str) -> float | int:
-    if type(value) not in (int, float):
-        raise InvalidData(f"{where} must be a number, not {value!r}")
-    try:
-        finite = math.isfinite(value)
-    except OverflowError:
-        finite = False
-    if not finite:
-        raise InvalidData(f"{where} must be finite, not {value!r}")
-    if value < 0 or (value == 0 and not field.metadata["zero"]):
-        raise InvalidData(
-            f"{where} must {'not be negative' if field.metadata['zero'] else 'be positive'}, not {value!r}"
-        )
-    if field.type == "int":
-        if type(value) is not int:
-            raise InvalidData(f"{where} must be a whole number, not {value!r}")
-        return value
-    return float(value) * _UNITS.get(field.metadata["unit"], 1.0)
-
-
-def _text(value: Any, where: str) -> str:
-    # control characters would end up in drawings and file names
-    if not isinstance(value, str) or not value.strip() or not value.isprintable() or len(value) > 200:
-        raise InvalidData(
-            f"{where} must be a line of text of at most 200 characters, not {str(value)[:40]!r}"
-        )
-    return value

@@ -56,15 +56,25 @@ class _OneModule:
         return (self.stiffness_levels[0] / t.N_STIFFNESS_LEVELS,)
 
 
-@functools.lru_cache(maxsize=3 * t.N_STIFFNESS_LEVELS)
-def floating_module(level: int, command: int | None) -> ModuleState:
-    """Return a module of a stiffness level at rest; ``command`` in degrees, None for servo off."""
+def floating_module(level: int, command: int | None, off: float = 0.0) -> ModuleState:
+    """Return a module of a stiffness level at rest.
+
+    Args:
+        level: the stiffness gene, 1 to 10.
+        command: in degrees; None for servo off.
+        off: what the internal cables are longer than commanded, in m.
+    """
+    return _simulated(level, command, off)
+
+
+@functools.lru_cache(maxsize=5 * t.N_STIFFNESS_LEVELS)
+def _simulated(level: int, command: int | None, off: float) -> ModuleState:
     one: Any = _OneModule((level,))
     model = build_spec(one, physics=Physics(), gravity=False).compile()
     data = mujoco.MjData(model)
     lengths = np.full(len(t.SERVO_NODES), SLACK)
     if command is not None:
-        lengths = servo.target_lengths(np.array(command))
+        lengths = servo.target_lengths(np.array(command)) + off
     data.ctrl[:] = lengths
     mujoco.mj_step(model, data, round(HOLD / model.opt.timestep))
     mujoco.mj_forward(model, data)

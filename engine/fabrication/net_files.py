@@ -20,7 +20,7 @@ from shapely.geometry import Polygon
 
 from engine.fabrication.cables import CableDesign
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.parts import net_outline
+from engine.fabrication.shapes import net_outline
 
 SCALE_BAR: Final = 50.0
 """Length of the scale bar, in mm."""
@@ -151,6 +151,10 @@ def dxf_bytes(net: Net, design: CableDesign) -> bytes:
     for x in (0.0, SCALE_BAR):
         space.add_line((x, bar), (x, bar + 3), dxfattribs={"layer": "ENGRAVE"})
     space.add_text(_foot(design, net), height=_TEXT, dxfattribs={"layer": "ENGRAVE", "insert": (0, bar - 5)})
+    # ezdxf would declare the kinds of objects in the order of a set, which differs from process to process
+    document.commit_pending_changes()
+    for kind in sorted(document.entitydb.dxf_types_in_use()):
+        document.classes.add_class(kind)
     stream = io.StringIO()
     document.write(stream)
     return stream.getvalue().encode()

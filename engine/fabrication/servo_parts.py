@@ -29,6 +29,8 @@ DRUM_HEIGHT: Final = 7.0
 CLAMP: Final = (-12.0, 8.0)
 """The mount holds the rod from here to there, in mm from its middle."""
 PLATE: Final = 4.0
+LINE_HOLE: Final = 1.2
+"""Thickness of the mount's plate; diameter of the holes that lines leave the guide by."""
 
 
 def groove_radii(motor: ServoMotor) -> np.ndarray:
@@ -106,7 +108,7 @@ def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
     """Return the servo's mount in the rod's frame: x to the module's centre, y along the rod."""
     body, point = mount_blank(motor, printer), guide_point()
     for node in t.SERVO_NODES:
-        body = body - solids.bar(point, point + 10 * guide_direction(node), 0.6)
+        body = body - solids.bar(point, point + 10 * guide_direction(node), LINE_HOLE / 2)
     body = body - Manifold.sphere(1.2, 16).translate((point[0], point[1], point[2]))
     return body - solids.bar(point, point + 8 * line_entry(motor), 1.2)
 

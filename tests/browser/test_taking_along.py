@@ -79,6 +79,8 @@ def test_files_and_basket(
     assert Image.open(io.BytesIO(content)).size == (1280, 720)
     name, content = download(page, "Video")
     assert (name, content[4:8]) == (f"{chosen}.mp4", b"ftyp")
+    (tmp_path / name).write_bytes(content)
+    assert played(chromium, tmp_path / name) == (2.0, 1280, 720)
     name, content = download(page, "Table of this run")
     assert (name, content.split(b",")[0]) == ("small.csv", b"archive")
     name, content = download(page, "Page")
@@ -86,6 +88,22 @@ def test_files_and_basket(
     file = tmp_path / name
     file.write_bytes(content)
     plays_by_itself(chromium, file, numbers[1])
+
+
+def played(chromium: Browser, file: Path) -> tuple[float, int, int]:
+    """Show a video, go to its middle, and return its seconds, width and height."""
+    page = chromium.new_page()
+    page.goto(file.as_uri())
+    video = page.locator("video")
+    seconds, width, height = video.evaluate(
+        """v => new Promise((done, failed) => {
+            v.onerror = () => failed(v.error.message);
+            v.onseeked = () => done([v.duration, v.videoWidth, v.videoHeight]);
+            v.currentTime = 1;
+        })"""
+    )
+    page.close()
+    return round(seconds, 2), width, height
 
 
 def plays_by_itself(chromium: Browser, file: Path, number: int) -> None:

@@ -6,8 +6,11 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from engine import tensegrity as t
-from engine.fabrication.cables import cables
+from engine.fabrication import tolerances as tol
+from engine.fabrication.cable_list import cables
+from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
+from engine.fabrication.servo_parts import drum_errors
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper
@@ -19,10 +22,10 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.heading("Safety"),
         *blocks.bullets(_safety(facts, materials)),
         blocks.heading("Tolerances"),
-        _tolerances(facts, paper.inner_width),
+        _tolerances(facts, materials, paper.inner_width),
         blocks.heading("Checks"),
         blocks.body("Tick each; do not go on if one fails."),
-        _checks(facts, materials, paper.inner_width),
+        _checks(facts, paper.inner_width),
     ]
 
 
@@ -50,40 +53,46 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
     ]
 
 
-def _tolerances(facts: Facts, width: float) -> Flowable:
-    noise = 1000 * facts.config.physics.servo_noise
+def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
     step = t.stiffness_n_per_m(1 / t.N_STIFFNESS_LEVELS)
+    near, far = facts.link_gaps
+    built = mass_balance(facts.morphology, materials).built / facts.morphology.n_modules
+    drum = drum_errors(materials.servo).max()
     rows = [
-        ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", "± 0.3 mm", "assumed"],
+        ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", f"± {1000 * tol.ROD:.1f} mm", "assumed"],
         [
             "Rest length of a cable, between rod ends",
             f"{1000 * t.CABLE_REST_LENGTH:.2f} mm",
-            "± 0.5 mm",
+            f"± {1000 * tol.REST:.1f} mm",
             "assumed",
         ],
         [
             "Stiffness of a cable",
             _stiffness(facts),
-            "± 10 %, and all cables of a module alike within 5 %. The search tells stiffnesses apart by"
-            f" {step:.1f} N/m.",
+            f"± {100 * tol.STIFFNESS:.0f} %, and all cables of a module alike within"
+            f" {100 * tol.STIFFNESS_WITHIN:.0f} %. The search tells stiffnesses"
+            f" apart by {step:.1f} N/m.",
             "assumed",
         ],
         [
-            "Length of an internal cable at a command",
+            "Length of an internal cable at 0° and at 180°",
             "table under “Wiring”",
-            f"± {noise:.2f} mm: the robot was evolved with errors of this size (standard deviation)",
-            "simulated",
+            f"± {1000 * tol.INTERNAL_CABLE:.1f} mm: what that does to a module is in “What a finished module"
+            f" measures”. Between 0° and 180° the drum itself deviates, by up to {drum:.1f} mm, as that table"
+            " says: do not correct it.",
+            "assumed",
         ],
         [
-            "Line between joined nodes",
-            f"{1000 * t.LINK_PLAY:.1f} mm",
-            f"{800 * t.LINK_PLAY:.1f} to {1200 * t.LINK_PLAY:.1f} mm",
+            "Distance of joined nodes, at rest",
+            f"{1000 * near:.1f} to {1000 * far:.1f} mm",
+            f"± {1000 * tol.LINK:.0f} mm",
             "simulated",
         ],
         [
             "Mass of a module",
-            f"{1000 * MODULE_MASS:.1f} g",
-            "± 10 %; the heavy end of the servo towards the arm",
+            f"{1000 * built:.1f} g"
+            + ("" if built < 1.01 * MODULE_MASS else f" (simulated {1000 * MODULE_MASS:.1f} g)"),
+            f"± {100 * tol.MASS:.0f} %",
             "assumed",
         ],
         [
@@ -102,58 +111,63 @@ def _stiffness(facts: Facts) -> str:
     return ", ".join(f"{v:.2f}" for v in values) + " N/m"
 
 
-def _checks(facts: Facts, materials: Materials, width: float) -> Flowable:
+def _checks(facts: Facts, width: float) -> Flowable:
     length, breadth, height = (100 * v for v in facts.size)
+    along = tol.SIZE + (facts.morphology.n_modules - 1) * tol.LINK
     friction = facts.config.physics.friction
     angle = np.degrees(np.arctan(friction))
-    pulses = f"{materials.servo.pulse_min:.0f} to {materials.servo.pulse_max:.0f} µs"
     checks = [
         (
             "Pull test",
-            "The coupon, pulled as “Pull test of the cable material” says, has the stated force within 10 %."
-            " If not: enter the"
-            " measurement into the materials file and export again.",
-        ),
-        ("Every module", "Step 6 of its assembly: four cables per node, nothing touches, right angles."),
-        (
-            "Every module, on the scale",
-            f"{1000 * MODULE_MASS:.1f} g ± 10 %, without tether.",
+            "The coupon or cord, pulled as “Pull test of the cable material” says, has the"
+            " stated force within"
+            f" {100 * tol.STIFFNESS:.0f} %. If not: enter the measurement into the materials file and export"
+            " again, before anything else is made.",
         ),
         (
-            "Every servo, before its cables are tied",
-            "Type a0, then a180: the arm turns by 180° without humming at the ends. settings.h starts with"
-            " harmless"
-            f" pulses; widen them until it does (data sheet: {pulses}).",
+            "Every servo",
+            f"From a0 to a180 it turns by 180° ± {tol.TRAVEL:.0f}°, counter-clockwise seen from"
+            " its shaft, and"
+            " does not hum at the ends. If not: steps 4 and 5 of “Program”.",
         ),
-        ("Every internal cable", "Lengths at 0° and at 180° as in the table, ± 0.5 mm."),
+        (
+            "Every internal cable",
+            f"Lengths at 0° and at 180° as in the table under “Wiring”, ± {1000 * tol.INTERNAL_CABLE:.1f} mm."
+            " If only 180° is off: the servo's pulses, or a line that slipped off its groove.",
+        ),
+        (
+            "Every module",
+            "Step 8 of its assembly: shape, mass, and what it measures at a0 and a180.",
+        ),
         (
             "Joints",
             "Node pairs as in the orientation table; every servo rod lies at the stated turn. All joints"
-            " wiggle.",
+            " wiggle. If not: the pairs are wrong; take the links off.",
         ),
         (
             "Whole robot, servos off, on the floor",
-            f"{length:.1f} cm long, {breadth:.1f} cm wide, {height:.1f} cm high, each ± 0.5 cm; it rests on"
-            " the nodes named"
-            " under “Settled modules”. If it lies on others, set it down again as drawn.",
+            f"{length:.1f} cm long (± {100 * along:.1f} cm), {breadth:.1f} cm wide, {height:.1f} cm high (±"
+            f" {100 * tol.SIZE:.1f} cm); it rests on the nodes named under “Settled modules”. If it lies on"
+            " others, set it down on these. If it is lower, cables are too soft or a module too heavy.",
         ),
         (
             "Floor",
-            "A loose rod with caps, laid on end on a tilted piece of the floor, begins to slide at"
-            f" {angle:.0f}°"
-            f" (friction {friction:g}).",
+            "A loose rod with caps, laid along the slope of a tilted piece of the floor, begins to slide at"
+            f" {angle:.0f}° (friction {friction:g}). If not: put paper or cloth on the floor,"
+            " or expect another"
+            " way of crawling.",
         ),
         (
             "Rhythm",
-            "Type g, without anything that tells it where the target is: after the rest every module"
-            " contracts and"
+            "Type g, without anything that tells it where the target is. The monitor says “going: first at"
+            f" rest, then crawling” and, after {facts.config.trials.settle_time:g} s, “no target: open loop”:"
+            " every module contracts and"
             " releases in a steady rhythm; nothing rubs, no line leaves its groove. Type s to stop.",
         ),
         (
             "Closed loop",
-            f"{facts.config.trials.trial_time:g} s towards a target {100 * facts.task.target_distance:.0f} cm"
-            " away."
-            " Compare with “What to expect of it”.",
+            f"Needs the sensor. {facts.config.trials.trial_time:g} s towards a target"
+            f" {100 * facts.task.target_distance:.0f} cm away. Compare with “What to expect of it”.",
         ),
     ]
     rows = [["[  ]", f"<b>{a}</b>", b] for a, b in checks]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import threading
 from collections.abc import Sequence
 from typing import Any
 
+from reportlab import rl_config
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
@@ -77,8 +79,30 @@ def typeset(
         made.describe(paper, running, f"{date} · TensAtlas build sheet", layout)
         return made
 
-    document.build(list(story), canvasmaker=canvas)
+    # streams as they are compressed: as text they would be a quarter larger and take a second to write
+    with _binary_streams:
+        document.build(list(story), canvasmaker=canvas)
     return buffer.getvalue(), layout
+
+
+class _BinaryStreams:
+    """Within it reportlab writes streams as bytes. The setting is the process's, so one at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._before = 1
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+        self._before = rl_config.useA85
+        rl_config.useA85 = 0
+
+    def __exit__(self, *_: object) -> None:
+        rl_config.useA85 = self._before
+        self._lock.release()
+
+
+_binary_streams = _BinaryStreams()
 
 
 class _NumberedCanvas(Canvas):

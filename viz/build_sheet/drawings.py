@@ -50,7 +50,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
             f" {facts.config.trials.settle_time:g} s"
             " after being set down, servos released: gravity has sagged it. A finished robot is checked"
             " against"
-            " these measures (see “Checks”)."
+            " these measures (see “Checks”). Colours are those of the first page."
         ),
         blocks.together([blocks.subheading("From above"), plan]),
         blocks.together([blocks.subheading("From the side (seen from the robot's right)"), side]),

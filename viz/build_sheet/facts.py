@@ -15,6 +15,7 @@ from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation
 from engine.export import Trial
+from engine.fabrication.joints import joints
 from engine.identity import robot_hash, robot_id
 from engine.morphology import Morphology
 from engine.reader import RunReader
@@ -114,10 +115,21 @@ class Facts:
 
     @property
     def size(self) -> tuple[float, float, float]:
-        """Length along the robot, width and height in m of the settled robot, rods' thickness included."""
+        """Length along the robot, width and height over the ground in m, settled, with rods' thickness."""
         low, high = self.extent()
-        length, width, height = high - low
-        return float(length), float(width), float(height)
+        length, width, _ = high - low
+        return float(length), float(width), float(high[2])
+
+    @property
+    def link_gaps(self) -> tuple[float, float]:
+        """Least and largest distance of joined nodes in m, settled: links yield to what pulls at them."""
+        nodes = self.body.nodes
+        gaps = [
+            float(np.linalg.norm(nodes[j.module, a] - nodes[j.module + 1, b]))
+            for j in joints(self.morphology)
+            for a, b in j.node_pairs
+        ]
+        return min(gaps), max(gaps)
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners (3,) of the box round the settled robot, in m, along the axes of ``level``."""

@@ -11,6 +11,7 @@ from reportlab.platypus import Flowable, Table, TableStyle
 
 from engine import tensegrity as t
 from engine.fabrication.joints import Joint, joints, orientations
+from engine.fabrication.shapes import LINK_PITCH
 from engine.robot import module_placements
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved
@@ -27,6 +28,7 @@ PICTURE_HEIGHT: Final = 168.0
 def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     """Return the section."""
     n = facts.morphology.n_modules
+    near, far = facts.link_gaps
     head, front = facts.head.module, "last" if facts.head.is_end else "first"
     pictures = [
         Picture(
@@ -40,12 +42,15 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     return [
         blocks.heading(f"Join the {n} modules"),
         blocks.body(
-            "For each pair of nodes in the table snap one printed link (parts/link.stl) over the knobs at the"
-            " ends of"
-            f" the two caps; a loop of line does as well. The nodes then are {1000 * t.LINK_PLAY:.1f} mm"
-            " apart"
-            f" ({800 * t.LINK_PLAY:.1f} to {1200 * t.LINK_PLAY:.1f} mm) and the joint can wiggle. The three"
-            " pairs alone"
+            "Join modules only when each has passed step 8 of its assembly. Lay both down as in the picture"
+            " of their joint. For each of"
+            " the three pairs of nodes in the table, stretch one printed link (parts/link.stl) over the knobs"
+            " at the ends of the two"
+            " caps until it sits on their necks, over the loop of an internal cable if there"
+            " is one; a loop of"
+            f" line, {LINK_PITCH:.1f} mm long, does as well. The link holds the two necks {LINK_PITCH:.1f} mm"
+            f" apart and yields: in the settled simulation joined nodes are"
+            f" {1000 * near:.1f} to {1000 * far:.1f} mm apart. The joint must wiggle. The three pairs alone"
             " fix which face meets which and in which turn. <b>Face</b> numbers are on the net drawing. The"
             " column"
             " “turn” is a check: seen along the chain from module 0, the servo rod of the next module must"

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from reportlab.platypus import Flowable
+from reportlab.platypus import CondPageBreak, Flowable
 
-from engine.fabrication.bill_of_materials import MassBalance, Part, mass_balance, parts
+from engine.fabrication.bill_of_materials import Part, parts
+from engine.fabrication.mass_balance import MassBalance, mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.problems import problems
-from viz.build_sheet import blocks, style
+from engine.fabrication.servo_parts import LINE_HOLE
+from viz.build_sheet import blocks, shopping, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.parts import module_names
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
-    "3D printer for flexible and for rigid filament (or scissors, where the cables are cords); print settings"
-    " are in"
-    " the notes above",
+    "3D printer for flexible and for rigid filament (for cords: scissors, a board, 15 nails); drill of"
+    f" {LINE_HOLE:g} mm",
     "fine saw or cutter for the rods, sandpaper, calipers, a ruler of 30 cm, a scale that reads 0.1 g",
-    "crochet hook or blunt tweezers to pull eyelets over rod ends, water-proof pen, numbered stickers",
+    "crochet hook or blunt tweezers to pull rings over rod ends, needle, water-proof pen, numbered stickers;"
+    " weights of 10 and 50 g (coins)",
     "soldering iron or crimp connectors, small screwdriver, a computer with the Arduino IDE and a USB cable",
     "protective glasses, gloves and mask (see “Safety”); a level floor of 1 × 1 m to crawl on",
 )
@@ -43,14 +45,16 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         for row in (header, *rows):
             del row[5]
     return [
+        *shopping.pages(facts, materials, paper, _problems(facts, materials)),
+        CondPageBreak(260),
         blocks.heading("Bill of materials"),
         blocks.body(
-            f"For the whole robot, materials “{style.escaped(materials.name)}” (file materials.toml in the"
+            "The parts of the finished robot with their masses, materials"
+            f" “{style.escaped(materials.name)}” (file materials.toml in the"
             " folder; it can"
             " be edited, and the robot exported again with it)."
             + (f" All masses in this table are <b>{sources.pop()}</b>." if len(sources) == 1 else "")
         ),
-        *_problems(facts, materials),
         blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 3, 4), total=True),
         blocks.together([blocks.subheading("Tools"), *blocks.bullets(_TOOLS)]),
         blocks.together(
@@ -92,7 +96,7 @@ def _internal(listed: list[Part], materials: Materials) -> list[str]:
         f"{1000 * every:.2f}",
         str(listed[0].source),
         f"{style.escaped(materials.line.material)}, in series with {style.escaped(materials.line.elastic)};"
-        " five per module, cut long; lengths under “Wiring”",
+        " five per module, cut long; how long when tied is under “Wiring”",
     ]
 
 

@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable, Table, TableStyle
 from engine import tensegrity as t
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import Net, lay_out, module_net
+from engine.fabrication.net import EYELET_HOLE, Net, lay_out, module_net
 from viz.build_sheet import assembly, blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
@@ -30,8 +30,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     how = (
         f"Printed flat, {1000 * net.size[0]:.0f} × {1000 * net.size[1]:.0f} mm"
         + ("" if net.fits else " (<b>larger than the stated print bed</b>: use a larger printer, or cords)")
-        + f"; {1000 * net.side:.2f} mm between the middles of two joined eyelets. The folders net"
-        " (DXF, SVG) and parts (STL, 3MF) have it at 1:1."
+        + f"; {1000 * net.side:.2f} mm between the middles of two joined rings: the rest length of"
+        f" {1000 * design.rest:.2f} mm, two tails of {1000 * design.tail:.1f} mm and a ring's hole of"
+        f" {1000 * EYELET_HOLE:.1f} mm. The folders net (DXF, SVG) and parts (STL, 3MF) have it at 1:1."
         if printed
         else "The cables are cords: this net is not printed. It shows which cord goes where, and the faces."
     )
@@ -63,7 +64,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.note(
             "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain."
             " The three"
-            " nodes of a coloured face are the ones to tie; which to which is in the orientation table."
+            " nodes of a coloured face are the ones to tie; which to which is in the"
+            " orientation table. Here the"
+            " net is drawn as one band, not as it is printed."
         ),
         table,
     ]

@@ -5,13 +5,8 @@ from __future__ import annotations
 from reportlab.platypus import Flowable
 
 from engine import tensegrity as t
-from engine.fabrication.cables import (
-    Cable,
-    CableDesign,
-    cables,
-    design_cables,
-    section_source,
-)
+from engine.fabrication.cable_list import Cable, cables
+from engine.fabrication.cables import CableDesign, design_cables, section_source
 from engine.fabrication.materials import Materials
 from engine.fabrication.pull_test import coupon
 from engine.fabrication.rods import rods, stock_plan
@@ -24,8 +19,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
     width = paper.inner_width
     return [
-        blocks.heading("Cut list"),
-        blocks.together([blocks.subheading("Rods"), _rods(facts, materials, width)]),
+        blocks.together(
+            [blocks.heading("Cut list"), blocks.subheading("Rods"), _rods(facts, materials, width)]
+        ),
         *_cables(facts, materials, width),
     ]
 
@@ -60,8 +56,9 @@ def _rods(facts: Facts, materials: Materials, width: float) -> Flowable:
     text = (
         f"The stock of {1000 * materials.rod.stock_length:g} mm is shorter than a piece: buy longer rods."
         if plan is None
-        else f"{plan.pieces} pieces in all: {plan.stock_rods} rods of {1000 * plan.stock_length:g} mm give"
-        f" {plan.pieces_per_stock} pieces each, saw cuts of {1000 * materials.rod.kerf:g} mm included."
+        else f"{plan.pieces} pieces in all: a rod of {1000 * plan.stock_length:g} mm gives"
+        f" {plan.pieces_per_stock}, saw cuts of {1000 * materials.rod.kerf:g} mm included; order"
+        f" {plan.stock_rods}."
     )
     table = blocks.grid(
         header, rows, blocks.columns(width, 18, 11, 10, 14, 16, 14, 17), right=(2, 3, 4, 5, 6)
@@ -152,15 +149,15 @@ def _cable_table(
                 f"{1000 * c.rest:.2f}",
                 *([f"<b>{1000 * c.cut:.0f}</b>"] if c.cut is not None else []),
                 f"{c.pretension:.3f}",
-                f"{c.stiffness:.2f}",
-                f"{1e6 * c.area:.3f}",
+                f"{c.stiffness:.{1 if cord else 2}f}",
+                *([] if cord else [f"{1e6 * c.area:.3f}"]),
             ]
         )
     half = (len(rows) + 1) // 2
     pairs = [[*rows[k], *rows[k + half]] for k in range(half)]
     header = ["nodes", "built (mm)", "rest (mm)", *(["cut (mm)"] if cord else []), "tension (N)"]
-    header += ["k (N/m)", "area (mm²)"]
-    shares = [8, 8, 8, *([8] if cord else []), 9, 8, 8]
+    header += ["k (N/m)", *([] if cord else ["area (mm²)"])]
+    shares = [9.5, 8.5, 8.5, 8.5, 11, 9] if cord else [8, 8, 8, 9, 8, 8]
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
     where = module_names(modules)
@@ -191,7 +188,9 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     c = coupon(facts.morphology, materials)
     piece = (
         f"Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings: {1000 * c.width:.2f} ×"
-        f" {1000 * c.thickness:.2f} mm over {1000 * c.gauge_length:.0f} mm."
+        f" {1000 * c.thickness:.2f} mm, and draw two marks {1000 * c.gauge_length:.0f} mm"
+        " apart at the ends of the"
+        " narrow strip."
         if c.grip_length
         else f"Take a piece of the cord with two marks {1000 * c.gauge_length:.0f} mm apart."
     )
@@ -209,7 +208,9 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
             " found into"
             " the table [pull_test] of the materials file (length, area, force, extension, and the largest"
             " strain from"
-            " which it springs back) and export again: all sections on this sheet then follow from it."
+            " which it springs back) and export again with --materials and that file: all"
+            " sections on this sheet then"
+            " follow from it."
         ),
     ]
 

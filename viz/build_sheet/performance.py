@@ -19,6 +19,8 @@ from viz.build_sheet.style import Paper, signed
 
 WALL = HexColor("#c9d3de")
 PLOT_HEIGHT = 290.0
+MOST_WALLS = 12
+"""How many walls are listed."""
 
 
 def pages(facts: Facts, paper: Paper) -> list[Flowable]:
@@ -103,13 +105,13 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
     )
     repeats = facts.config.trials.repeats
     mean = f", mean of {repeats} trials" if repeats > 1 and recorded.shape[1] else ""
+    # so that they and what is to be set up share a page
+    height = 0.68 * PLOT_HEIGHT if _has_walls(facts) else PLOT_HEIGHT
     return [
         blocks.together(
             [
                 blocks.subheading(f"{text}{mean}"),
-                Picture(
-                    paper.inner_width, PLOT_HEIGHT, lambda pen: _draw_paths(pen, facts), "paths of the head"
-                ),
+                Picture(paper.inner_width, height, lambda pen: _draw_paths(pen, facts), "paths of the head"),
                 blocks.note(
                     "Left the whole task, right the paths alone, larger. The head starts at the origin and"
                     " points to"
@@ -117,6 +119,40 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
                     " closer"
                     " the head came to that target." + (" Grey: walls." if _has_walls(facts) else "")
                 ),
+            ]
+        ),
+        *walls(facts, paper.inner_width),
+    ]
+
+
+def walls(facts: Facts, width: float) -> list[Flowable]:
+    """Return what to set up, in the frame of the plots; nothing where there are no walls."""
+    rows: list[list[str]] = []
+    made = worlds(facts.task, facts.morphology.n_modules)
+    for world in dict.fromkeys(made):
+        names = [n for n, w in zip(facts.task.target_names, made, strict=True) if w == world]
+        for wall in world:
+            if wall.is_buried:
+                continue
+            centre, half = 100 * np.array(wall.centre), 100 * np.array(wall.half_size)
+            ends = [f"{signed(c - h, 1)} to {signed(c + h, 1)}" for c, h in zip(centre, half, strict=True)]
+            turn = f"{signed(math.degrees(wall.yaw), 1)}°" if wall.yaw else "none"
+            top = f"{centre[2] + half[2]:.1f}"
+            rows.append([style.escaped(", ".join(names)), ends[0], ends[1], top, turn])
+    if not rows:
+        return []
+    header = ("for the target", "ahead, x (cm)", "left, y (cm)", "top above the floor (cm)", "turned")
+    more = len(rows) - MOST_WALLS
+    note = "Smooth boards that do not move; x and y before a board is turned about its middle, to the left."
+    if more > 0:
+        note += f" {more} more are in robot.xml."
+    return [
+        blocks.together(
+            [
+                blocks.subheading("Walls to set up"),
+                blocks.grid(header, rows[:MOST_WALLS], blocks.columns(width, 26, 20, 20, 20, 14)),
+                blocks.gap(2),
+                blocks.note(note),
             ]
         )
     ]
@@ -127,9 +163,9 @@ def _has_walls(facts: Facts) -> bool:
 
 
 def _draw_paths(pen: Pen, facts: Facts) -> None:
-    walls = worlds(facts.task, facts.morphology.n_modules)
-    distinct = list(dict.fromkeys(walls))
-    groups = [[k for k, w in enumerate(walls) if w == world] for world in distinct]
+    made = worlds(facts.task, facts.morphology.n_modules)
+    distinct = list(dict.fromkeys(made))
+    groups = [[k for k, w in enumerate(made) if w == world] for world in distinct]
     # every world that differs from the others has a plot of its own, the paths alone share one
     wide = pen.width / 2 if len(groups) == 1 else pen.width * 0.31
     high = pen.height / max(1, math.ceil(len(groups) / 2)) if len(groups) > 2 else pen.height

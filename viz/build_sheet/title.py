@@ -30,7 +30,8 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.body(
             f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_kilo(facts.mass)} g,"
             f" evolved in simulation to {style.escaped(summary)}. This sheet and the folder that it came in"
-            " are all that is needed to build it."
+            " say all that is needed to build it. To steer to a target it needs something beside it that"
+            " sees where it is (see “What the controller does”)."
         ),
     ]
     qr = Picture(QR_SIZE, QR_SIZE, lambda pen: _draw_qr(pen, qr_text(facts)), "QR code")
@@ -68,7 +69,7 @@ def _identity(facts: Facts, width: float) -> Flowable:
             "Size, settled",
             f"{length:.1f} × {breadth:.1f} × {height:.1f} cm",
         ),
-        ("Date of the run", facts.date, "Mass", f"{_kilo(facts.mass)} g"),
+        ("Date of the run", facts.date, "Mass, simulated", f"{_kilo(facts.mass)} g"),
         (
             "Made with",
             f"TensAtlas {style.escaped(facts.versions.get('tensatlas', '?'))},"
@@ -80,7 +81,11 @@ def _identity(facts: Facts, width: float) -> Flowable:
     cells = [[f"<b>{a}</b>", b, f"<b>{c}</b>", d] for a, b, c, d in rows]
     table = blocks.grid((), cells, blocks.columns(width, 20, 30, 20, 30))
     code = facts.robot_hash
-    line = blocks.note(f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}")
+    line = blocks.note(
+        f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}. The QR code holds"
+        " id, run, cell and"
+        " the robot's address in the explorer."
+    )
     return blocks.together([table, blocks.gap(2), line])
 
 
@@ -94,16 +99,19 @@ def _stiffness(facts: Facts) -> str:
 def _how_to(facts: Facts) -> list[Flowable]:
     n = facts.morphology.n_modules
     steps = [
-        "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %.",
-        "<b>Order and make the parts</b>: bill of materials and cut list. Files for laser, cutter and 3D"
-        " printer"
-        " are in the folder.",
-        f"<b>Build {n} modules</b>, one first, then the others in the same way, by the steps with pictures;"
-        " label them"
-        f" 0 to {n - 1}. Nobody has built this robot before.",
-        "<b>Join them</b> by the orientation table: which node meets which. Getting it wrong gives another"
-        " robot.",
-        "<b>Wire and program</b> it, run the checks, and only then let it crawl. Read “Safety” first.",
+        "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %."
+        " Read “Safety”.",
+        "<b>Order and print</b> what the two lists say, the test pieces first. Do the pull test of the cable"
+        " material before you make the cables.",
+        "<b>Wire and program</b> the board on the bench and set the pulses of every servo (“Program”): the"
+        " assembly needs a servo that stands at 0°.",
+        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody"
+        " has built this robot"
+        f" before: go on to module{'s' if n > 2 else ''} {'1' if n == 2 else f'1 to {n - 1}'} only when it is"
+        " right. Label every module.",
+        "<b>Join them</b> by the orientation table: which node meets which. Another pairing"
+        " is another robot.",
+        "<b>Run the checks</b>, and only then let it crawl.",
     ]
     return [
         blocks.subheading("How to use this sheet"),
@@ -116,7 +124,7 @@ def _legend(width: float) -> Picture:
     items = (
         (style.ROD, "plain rod"),
         (style.HEAD, "rod of the head module"),
-        (style.SERVO, "servo rod and arm"),
+        (style.SERVO, "servo rod; guide (ball)"),
         (style.CABLE, "passive cable"),
         (style.SERVO_CABLE, "internal cable, pulled by the servo"),
         (style.LINK, "link between modules"),

@@ -10,8 +10,11 @@ from reportlab.platypus import Flowable
 
 from engine import servo
 from engine import tensegrity as t
+from engine.fabrication import tolerances
+from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts import drum_errors, groove_radii
+from engine.fabrication.servo_parts import drum_errors, drum_order, groove_radii
+from engine.robot import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture
@@ -20,6 +23,8 @@ from viz.build_sheet.style import Paper
 PLUS, MINUS, SIGNAL = HexColor("#b3261e"), HexColor("#17212b"), HexColor("#c98a00")
 ROW = 21.0
 COMMANDS = (0, 30, 60, 90, 120, 150, 180)
+PULL = 50.0
+"""What is hung on a piece of elastic to try it, in g."""
 
 
 def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Paper) -> list[Flowable]:
@@ -38,8 +43,12 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
             " and the"
             " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos"
             " from the"
-            " board's own 5 V pin. A capacitor of 470 to 1000 µF across the supply keeps the board from"
-            " resetting."
+            " board's own 5 V pin; the board itself lives on its USB cable. A capacitor of 470"
+            " to 1000 µF across"
+            " the supply keeps the board from resetting. A servo's plug: brown or black is −,"
+            " red +, orange or"
+            " yellow the signal. Tether: thin stranded wire, as long as the way to the target,"
+            " hung from above."
         ),
         Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
         blocks.note(
@@ -49,15 +58,7 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
         blocks.together(
             [
                 blocks.subheading("Program"),
-                blocks.body(
-                    "Open firmware/tsmr_robot/tsmr_robot.ino in the Arduino IDE, choose the board, upload,"
-                    " and open the"
-                    " serial monitor at 115200 baud. Letters to type: <b>a0</b> all servos to 0°, <b>a180</b>"
-                    " to 180° (any"
-                    " number between), <b>g</b> go, <b>s</b> stop. After a… it prints how long every internal"
-                    " cable should"
-                    " be. Pins and pulses of the servos are in settings.h: measure them for each servo."
-                ),
+                *blocks.bullets(_program(facts, materials), numbered=True),
             ]
         ),
         blocks.together([blocks.subheading("Pin map"), _pins(facts, pins, paper.inner_width)]),
@@ -66,16 +67,24 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
                 blocks.subheading("Internal cables: length between guide and node, by servo command"),
                 _lengths(materials, paper.inner_width),
                 blocks.note(
-                    "Command 0° is released, 180° contracted. Each line is wound by its own groove of the"
-                    " printed drum;"
-                    " tie it so that its length at 0° is right. A drum winds evenly, which the simulated arm"
-                    " does not:"
-                    " in between it is off by the stated millimetres. Under load a cable yields: its tension"
-                    f" is {t.SERVO_OFFSET:.2f} N at its"
-                    f" target length, rises by {t.SERVO_GAIN:.1f} N for every metre that it is longer"
-                    f" ({t.SERVO_GAIN / 1000:.3f} N per mm) and is {t.SERVO_MAX_TENSION:.3f} N at most. So a"
-                    " cable ends in"
-                    f" {style.escaped(materials.line.elastic)}."
+                    "0° is released, 180° contracted. Length from the guide's ball to the loop at"
+                    " the node, at"
+                    f" which the cable pulls {t.SERVO_OFFSET:.2f} N"
+                    f" ({1000 * t.SERVO_OFFSET / GRAVITY:.0f} g). A drum winds evenly, which the"
+                    " simulated arm"
+                    " does not: between its ends it is off by up to the last column; nothing to"
+                    " correct. Groove"
+                    " 1 is at the wide end."
+                ),
+                blocks.body(
+                    f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable"
+                    " gives way by"
+                    f" 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls"
+                    f" {t.SERVO_MAX_TENSION:.2f} N at most."
+                    f" Hang {PULL:.0f} g on the piece: it must become"
+                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ±"
+                    f" {100 * tolerances.STIFFNESS:.0f} %. Too"
+                    " much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
             ]
         ),
@@ -124,14 +133,41 @@ def _pins(facts: Facts, pins: Mapping[int, int], width: float) -> Flowable:
 
 def _lengths(materials: Materials, width: float) -> Flowable:
     radii, errors = groove_radii(materials.servo), drum_errors(materials.servo)
+    order = drum_order(materials.servo)
     rows = []
     for k, node in enumerate(t.SERVO_NODES):
         figures = [f"{1000 * servo.TARGET_LENGTHS[c, k]:.1f}" for c in COMMANDS]
-        rows.append([f"to node {node}", *figures, f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
-    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove radius", "drum is off by at most")
+        place = order.index(node)
+        rows.append([f"to node {node}", *figures, str(place + 1), f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
+    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove", "its radius", "off by at most")
     return blocks.grid(
-        header, rows, blocks.columns(width, 17, *[9] * len(COMMANDS), 11, 15), right=range(1, 10)
+        header, rows, blocks.columns(width, 16, *[8.5] * len(COMMANDS), 12, 9, 11), right=range(1, 11)
     )
+
+
+def _program(facts: Facts, materials: Materials) -> list[str]:
+    motor = materials.servo
+    degrees = motor.travel * (CONTRACTED_PULSE - RELEASED_PULSE) / (motor.pulse_max - motor.pulse_min)
+    return [
+        f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB,"
+        " choose board and port,"
+        " upload. If the upload to a copy of a Nano fails, choose the processor “old bootloader”.",
+        "Open the serial monitor at 115200 baud. It says “ready: robot "
+        f"{facts.evaluation.solution.number}; …”. If not: wrong port or baud.",
+        "Supply off: plug the servos in as the pin map says. Supply on: they go to 0° and"
+        " hold. One servo at a"
+        " time is easiest.",
+        "Type <b>a0</b>, then <b>a180</b> (any angle between works) and watch a mark on the shaft. The sketch"
+        f" starts with pulses of {RELEASED_PULSE} and {CONTRACTED_PULSE} µs, which harm no"
+        " servo but turn it by"
+        f" about {degrees:.0f}° only. In settings.h widen the two numbers of this module, 50 µs at a time,"
+        f" towards {motor.pulse_min:.0f} and {motor.pulse_max:.0f} µs (data sheet), until it turns by"
+        f" 180° ± {tolerances.TRAVEL:.0f}°; if it hums at an end, go back 50 µs. Upload again.",
+        "From a0 to a180 it must turn counter-clockwise, seen from the shaft's end. If not, exchange the two"
+        " numbers.",
+        "<b>g</b> starts the robot, <b>s</b> stops it and releases all cables. After a… it prints how long"
+        " every internal cable should be. It stops by itself after the time in settings.h.",
+    ]
 
 
 def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int]) -> None:

@@ -6,12 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine import tensegrity as t
-from engine.fabrication.cables import (
-    EYELET_WALL,
-    cable_problems,
-    cables,
-    design_cables,
-)
+from engine.fabrication.cable_list import cables
+from engine.fabrication.cables import EYELET_WALL, cable_problems, design_cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import MAX_TAIL, MIN_TAIL, PRESETS, load_materials
 from engine.fabrication.rods import rods, stock_plan

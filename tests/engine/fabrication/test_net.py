@@ -17,7 +17,7 @@ from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import PRESETS, load_materials
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
 from engine.fabrication.net_files import SCALE_BAR, dxf_bytes, rest_lines, svg_bytes
-from engine.fabrication.parts import net_outline
+from engine.fabrication.shapes import net_outline
 from engine.morphology import Morphology
 
 MATERIALS = load_materials()
@@ -181,6 +181,12 @@ def test_drawings_hold_no_date_and_no_random_number():
     assert svg_bytes(net, design) == svg_bytes(net, design)
     content = dxf_bytes(net, design)
     assert content == dxf_bytes(net, design)
+    # ezdxf keeps kinds of objects in a set, whose order differs from process to process
+    document = ezdxf.read(io.StringIO(content.decode()))
+    declared = [c.dxf.name for c in document.classes]
+    used = [name for name in declared if name in document.entitydb.dxf_types_in_use()]
+    assert len(used) > 1
+    assert used == sorted(used)
     lines = content.decode().splitlines()
     values = {line: lines[i + 2] for i, line in enumerate(lines) if line.startswith("$")}
     assert {values[k] for k in ("$TDCREATE", "$TDUPDATE", "$TDUCREATE", "$TDUUPDATE")} == {"2451545.0"}

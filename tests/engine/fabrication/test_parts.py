@@ -11,11 +11,12 @@ from engine import servo
 from engine import tensegrity as t
 from engine.fabrication import parts as p
 from engine.fabrication import servo_parts as sp
-from engine.fabrication import solids
+from engine.fabrication import shapes, solids
 from engine.fabrication.assembly import robot_glb, servo_clearance
-from engine.fabrication.bill_of_materials import mass_balance, parts, simulated_mass
+from engine.fabrication.bill_of_materials import parts, simulated_mass
 from engine.fabrication.cables import EYELET_WALL, design_cables
 from engine.fabrication.files import fabrication_files
+from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
 from engine.fabrication.module_state import floating_module
@@ -92,14 +93,14 @@ def test_the_net_weighs_what_its_cables_and_rings_do(printed):
 
 def test_a_cap_leads_the_cables_to_the_simulated_anchors():
     design = design_cables(BODY, MATERIALS)[0]
-    cap = p.cap(design, MATERIALS.printer)
+    cap = shapes.cap(design, MATERIALS.printer)
     low, high = cap.bounding_box()[2], cap.bounding_box()[5]
     assert low == pytest.approx(-1e3 * design.tail)
     assert high < 3.0
     # the rod goes in up to the solid tip
     rod = solids.cylinder(1e3 * t.ROD_RADIUS, low - 5, -1.5)
     assert (cap ^ rod).volume() == 0
-    for angle in p.notch_angles():
+    for angle in shapes.notch_angles():
         direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
         # in the node's plane a cable may come as near as the anchor, but no nearer
         r = 1e3 * t.ANCHOR_OFFSET
@@ -116,7 +117,7 @@ def test_notches_point_along_the_cables_at_every_node():
         others = [b if a == n else a for a, b in t.CABLES if n in (a, b)]
         local = (nodes[others] - nodes[n]) @ frame
         angles = np.sort(np.degrees(np.arctan2(local[:, 1], local[:, 0])) % 360)
-        assert angles == pytest.approx(p.notch_angles(), abs=0.5)
+        assert angles == pytest.approx(shapes.notch_angles(), abs=0.5)
 
 
 def test_the_drum_winds_the_strokes_of_the_simulated_table():

@@ -4,6 +4,7 @@ import dataclasses
 import io
 import itertools
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,13 +12,20 @@ from pypdf import PdfReader
 
 from engine import servo
 from engine import tensegrity as t
-from engine.fabrication.bill_of_materials import mass_balance, parts
-from engine.fabrication.cables import cables, design_cables
+from engine.config import RunConfig
+from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.cable_list import cables
+from engine.fabrication.cables import design_cables
+from engine.fabrication.contraction import contraction
 from engine.fabrication.firmware import pin_map
 from engine.fabrication.joints import joints, orientations
+from engine.fabrication.mass_balance import mass_balance
+from engine.fabrication.materials import load_materials
+from engine.fabrication.parts import printed_parts
 from engine.fabrication.problems import problems
 from engine.fabrication.rods import rods
 from engine.robustness import Robustness
+from engine.tasks import get_task, worlds
 from viz.build_sheet import performance, style
 from viz.build_sheet.document import typeset
 from viz.build_sheet.picture import Pen
@@ -126,6 +134,15 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
     for problem in problems(morphology, materials):
         assert problem.text.replace("mm2", "mm²") in text
         assert all(p.replace("mm2", "mm²") in text for p in problem.proposals)
+    for level in set(morphology.stiffness_levels):
+        for d in contraction(level):
+            figures = f"{1000 * d.released:.1f} {1000 * d.contracted:.1f} ± {1000 * d.tolerance:.1f}"
+            assert f"{d.nodes[0]} and {d.nodes[1]} {figures}" in text
+    near, far = (f"{1000 * v:.1f}" for v in facts.link_gaps)
+    assert text.count(f"{near} to {far} mm") == 2
+    for part in printed_parts(morphology, materials):
+        size = " × ".join(f"{1000 * v:.1f}" for v in part.size)
+        assert re.search(rf"{part.name} {part.quantity} .*? {size}.*?{1000 * part.mass:.2f}", text)
     levels = {d.level for d in design_cables(morphology, materials)}
     assert text.count("Passive cables of module") == len(levels)
     assert all(word in text for word in ("simulated", "assumed", "Wear eye protection"))
@@ -175,3 +192,50 @@ def test_a_run_without_trajectories_still_has_a_sheet(robots):
     empty = np.zeros((facts.task.n_targets, 0, 2), dtype=np.float32)
     facts = dataclasses.replace(facts, evaluation=dataclasses.replace(facts.evaluation, trajectory=empty))
     assert "does not hold the paths" in what_to_expect(facts)
+
+
+def test_what_the_rest_of_the_sheet_calls_by_its_number_is_there(texts):
+    """Steps, sections and drawings that other places send the reader to."""
+    text = texts[2]
+    for step in ("6. Caps", "7. Internal cables", "8. Check the module"):
+        assert step in text
+    named = set(re.findall("“([A-Z][^”]+)”", text))
+    assert {"Program", "Wiring", "Safety", "Checks", "Settled modules", "What to expect of it"} <= named
+    for section in named - {"ready: robot"}:
+        assert len(re.findall(rf"(?<!“){re.escape(section)}(?!”)", text)) >= 1, section
+
+
+def test_the_robots_links_are_measured_where_it_rests(robots):
+    facts = robots[10]
+    nodes, gaps = facts.body.nodes, []
+    for j in joints(facts.morphology):
+        for a, b in j.node_pairs:
+            gaps.append(np.linalg.norm(nodes[j.module, a] - nodes[j.module + 1, b]))
+    assert facts.link_gaps == pytest.approx((min(gaps), max(gaps)))
+    assert facts.size[2] == pytest.approx(nodes[..., 2].max() + t.ROD_RADIUS)
+
+
+def test_walls_to_set_up_are_listed_for_each_target():
+    config = RunConfig(task="squeezing")
+    task = get_task(config.task)
+    facts = SimpleNamespace(task=task, morphology=SimpleNamespace(n_modules=3))
+    paper = style.PAPERS["a4"]
+    pdf, layout = typeset(
+        performance.walls(facts, paper.inner_width), paper=paper, title="", running="", date=""
+    )
+    text = read(pdf)
+    assert layout.too_narrow == []
+    for world, name in zip(worlds(task, 3), task.target_names, strict=True):
+        for wall in world:
+            if not wall.is_buried:
+                x, half = 100 * wall.centre[0], 100 * wall.half_size[0]
+                assert name in text
+                assert f"{x - half:.1f} to {x + half:.1f}".replace("-", "−") in text
+
+
+def test_cords_fit_their_columns_and_a_module_weighs_what_is_built(robots):
+    cord = load_materials("silicone-cord")
+    pdf, layout = build_sheet(robots[2], cord, "letter")
+    assert layout.too_narrow == []
+    weight = mass_balance(robots[2].morphology, cord).built / 2
+    assert f"Weigh it ({1000 * weight:.1f} g" in read(pdf)
