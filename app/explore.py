@@ -19,11 +19,11 @@ from typing import Protocol
 import viser
 
 from app.access import TOKEN_VARIABLE, Access, access_to, is_loopback
-from app.allocator import keep_memory_compact
 from app.dump_session import DumpSession
 from app.library import Library
 from app.session import Session
 from app.viser_private import Gate, start_server
+from engine.allocator import keep_memory_compact
 from engine.dump import read_dump
 from engine.errors import TensAtlasError
 from engine.reader import RunReader

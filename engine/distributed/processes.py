@@ -14,6 +14,7 @@ from collections import deque
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, Self
 
+from engine.allocator import keep_memory_compact
 from engine.distributed.job import Result, World, compute
 from engine.distributed.pool import Died
 from engine.errors import ClusterError, InvalidData, TensAtlasError
@@ -155,6 +156,7 @@ class _Worker:
 def _serve(connection: Connection, timeout: float, parent: int) -> None:
     """Compute jobs until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    keep_memory_compact()
 
     def watch() -> None:
         while os.getppid() == parent:
