@@ -18,10 +18,8 @@ from typing import Final, Self
 
 import viser
 
-from app.clicks import script, sender
+from app.page_value import PageValue
 from app.run_picker import label_paths
-from app.viser_private import uuid_of
-from app.widgets import add_channel, put_html
 from engine.archive import Cell
 
 MAX_LENGTH: Final = 2000
@@ -120,19 +118,8 @@ class AddressBar:
     """
 
     def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
-        self._known = False
-        channel = add_channel(gui, "address")
-        gui.add_html(script(sender(uuid_of(channel), "location.search+'|'+Date.now()")))
-        self._writer = gui.add_html("")
-
-        @channel.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None and not self._known:
-                self._known = True
-                arrived(Place.parse(str(event.target.value).rpartition("|")[0]))
+        self._value = PageValue(gui, "address", "location.search", lambda text: arrived(Place.parse(text)))
 
     def show(self, place: Place) -> None:
         """Write an address, without a step in the browser's history."""
-        if self._known:  # or it would be gone before it was read
-            query = json.dumps(place.query())
-            put_html(self._writer, script(f"history.replaceState(null,'',location.pathname+{query})"))
+        self._value.change(f"history.replaceState(null,'',location.pathname+{json.dumps(place.query())})")

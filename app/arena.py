@@ -72,21 +72,18 @@ class Arena:
             eye: (3,) where to look from, relative to the point and to the size.
         """
         camera = self._client.camera
-        phone = self._client.camera.image_width <= PHONE_WIDTH
+        phone = camera.image_width <= PHONE_WIDTH
         away = max(size, 0.3) * (PHONE_AWAY if phone else 1.0)
-        nearer = self._nearer(eye) * away * eye[:2] / np.linalg.norm(eye[:2])
+        nearer = (self._nearer_on_phone(eye) if phone else NEARER) * away * eye[:2] / np.linalg.norm(eye[:2])
         with self._client.atomic():
             camera.position = (centre[0] + eye[0] * away, centre[1] + eye[1] * away, eye[2] * away)
             camera.look_at = (float(centre[0] + nearer[0]), float(centre[1] + nearer[1]), 0.0)
         self._placed = (np.array(camera.position), camera.update_timestamp, time.monotonic())
 
-    def _nearer(self, eye: np.ndarray) -> float:
-        """Return how much nearer than what it shows a camera looks, for a size of 1 m."""
-        camera = self._client.camera
-        if camera.image_width > PHONE_WIDTH:
-            return NEARER
+    def _nearer_on_phone(self, eye: np.ndarray) -> float:
+        """Return how much nearer than what it shows a camera looks there, for a size of 1 m."""
         flat = float(np.hypot(*eye[:2]))
-        down = math.atan2(eye[2], flat) + math.atan(PHONE_RISE * math.tan(camera.fov / 2))
+        down = math.atan2(eye[2], flat) + math.atan(PHONE_RISE * math.tan(self._client.camera.fov / 2))
         return flat - float(eye[2]) / math.tan(min(down, 1.5))
 
     def show(self, replay: Playable, index: int, frame: Frame) -> None:

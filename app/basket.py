@@ -85,6 +85,21 @@ def folder_names(basket: Iterable[Item]) -> list[str]:
     return names
 
 
+def exported(item: Item, reader: RunReader, choice: ExportChoice) -> dict[str, bytes]:
+    """Return a robot's folder: content by name.
+
+    Args:
+        item: the robot.
+        reader: of its run.
+        choice: what it is built from, and the paper of its build sheet.
+
+    Raises:
+        TensAtlasError: the robot cannot be exported.
+    """
+    place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
+    return robot_folder(reader, item.number, materials=choice.materials, place=place, paper=choice.paper)
+
+
 def export_basket(
     basket: Iterable[Item],
     reader: Callable[[Path], RunReader],
@@ -106,10 +121,7 @@ def export_basket(
     files: dict[str, bytes] = {}
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
         progress("exporting", k, len(items))
-        place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
-        found = robot_folder(
-            reader(item.path), item.number, materials=choice.materials, place=place, paper=choice.paper
-        )
+        found = exported(item, reader(item.path), choice)
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("exporting", len(items), len(items))
     return files

@@ -9,9 +9,7 @@ from typing import Final
 import viser
 
 from app.basket import MOST
-from app.clicks import script, sender
-from app.viser_private import uuid_of
-from app.widgets import add_channel, put_html
+from app.page_value import PageValue
 
 Kept = tuple[str, int]
 """Name of a run, as its list has it, and number of an evaluation."""
@@ -49,20 +47,9 @@ class BasketMemory:
     """
 
     def __init__(self, gui: viser.GuiApi, remembered: Callable[[list[Kept]], None]) -> None:
-        self._known = False
-        channel = add_channel(gui, "basket memory")
-        memory = f"(sessionStorage.getItem('{KEY}')||'[]')+'|'+Date.now()"
-        gui.add_html(script(sender(uuid_of(channel), memory)))
-        self._writer = gui.add_html("")
-
-        @channel.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None and not self._known:
-                self._known = True
-                remembered(parse(str(event.target.value).rpartition("|")[0]))
+        memory = f"(sessionStorage.getItem('{KEY}')||'[]')"
+        self._value = PageValue(gui, "basket memory", memory, lambda text: remembered(parse(text)))
 
     def keep(self, robots: Sequence[Kept]) -> None:
         """Let the tab remember robots instead of those before."""
-        if self._known:  # or they would be gone before they were read
-            text = json.dumps(json.dumps(robots))
-            put_html(self._writer, script(f"sessionStorage.setItem('{KEY}',{text})"))
+        self._value.change(f"sessionStorage.setItem('{KEY}',{json.dumps(json.dumps(robots))})")

@@ -263,9 +263,7 @@ class ChosenRobot:
         return True
 
     def _reader(self) -> RunReader:
-        if self._state.path is None:
-            raise InvalidData("Choose a run first.")
-        return self._library.reader(self._state.path)
+        return self._library.shown(self._state.path)
 
     def _show_frame(self, replay: Playable, index: int, frame: Frame) -> None:
         if replay is self._player.replay:

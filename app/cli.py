@@ -24,7 +24,6 @@ from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
 from app.workers import WorkerFlags, check_workers
-from engine.allocator import keep_memory_compact
 from engine.computer import differing
 from engine.config import preset
 from engine.errors import TensAtlasError
@@ -183,7 +182,6 @@ def _work(path: Path, flags: WorkerFlags, config: Any, console: Console) -> None
     # a task of the user's is found again only if they name its file
     file = "" if config is None else get_task(config.task).file
     prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
-    keep_memory_compact()
     try:
         compute_run(path, config, flags, console)
     except KeyboardInterrupt:

@@ -10,6 +10,7 @@ from rich.console import Console
 from app.progress import ProgressDisplay
 from app.workers import WorkerFlags, opened
 from engine import run
+from engine.allocator import keep_memory_compact
 from engine.config import RunConfig
 
 
@@ -27,6 +28,7 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         InvalidData: a flag or the physics is out of range.
         ClusterError: the workers cannot be started or reached.
     """
+    keep_memory_compact()
     with opened(flags) as workers, ProgressDisplay(console) as display:
         computing: dict[str, Any] = {
             "n_threads": flags.workers,

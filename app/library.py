@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from engine.errors import RunFileError, TensAtlasError
+from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.reader import RunReader
 from engine.robustness import robust_stamp
 from engine.store import SUFFIX
@@ -92,6 +92,16 @@ class Library:
             if place.is_dir():
                 found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
         return list(dict.fromkeys(p.resolve() for p in found))
+
+    def shown(self, path: Path | None) -> RunReader:
+        """Return the reader of the run that a browser shows, as ``reader``.
+
+        Raises:
+            InvalidData: it shows none.
+        """
+        if path is None:
+            raise InvalidData("Choose a run first.")
+        return self.reader(path)
 
     def reader(self, path: Path) -> RunReader:
         """Return the shared reader of a run; a file that was replaced is opened anew.

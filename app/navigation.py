@@ -10,6 +10,7 @@ import viser
 
 from app.actions import Actions
 from app.address import AddressBar, Place, find_run, run_name
+from app.chosen_robot import ChosenRobot
 from app.library import Library
 from app.state import SessionState
 from engine.archive import Cell
@@ -40,30 +41,13 @@ class Traveller(Protocol):
         ...
 
 
-class Chooser(Protocol):
-    """What chooses a robot of the run that is shown."""
-
-    def choose(
-        self,
-        archive: str,
-        cell: Cell | None,
-        number: int,
-        *,
-        target: int = 0,
-        repeat: int = 0,
-        fresh: int = 0,
-    ) -> None:
-        """Choose a robot and replay it."""
-        ...
-
-
 class Navigation:
     """Sends a session to the place of its browser's address once that is known.
 
     Args:
         client: the browser.
         traveller: the session.
-        chooser: of robots.
+        robot: where a robot is chosen.
         state: of the session.
         library: the runs on offer.
         actions: of the browser.
@@ -73,12 +57,12 @@ class Navigation:
         self,
         client: viser.ClientHandle,
         traveller: Traveller,
-        chooser: Chooser,
+        robot: ChosenRobot,
         state: SessionState,
         library: Library,
         actions: Actions,
     ) -> None:
-        self._traveller, self._chooser, self._state, self._library = traveller, chooser, state, library
+        self._traveller, self._robot, self._state, self._library = traveller, robot, state, library
         self._gui, self._actions = client.gui, actions
         self._arrived = False
         self._bar: AddressBar | None = None
@@ -109,7 +93,7 @@ class Navigation:
             Place(
                 run=run_name(state.path, self._library.runs()),
                 archive=None if chosen is None else chosen.archive,
-                cell=None if chosen is None or chosen.is_ancestor else chosen.cell,
+                cell=None if chosen is None else chosen.own_cell,
                 robot=None if chosen is None else chosen.number,
                 generation=None if state.follow_newest else generation,
                 target=state.target,
@@ -152,7 +136,7 @@ class Navigation:
                     f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
                 )
         if number is not None:
-            self._chooser.choose(
+            self._robot.choose(
                 archive,
                 place.cell,
                 number,

@@ -41,7 +41,6 @@ class Session:
     def __init__(
         self, client: viser.ClientHandle, library: Library, *, gate: Gate, read_only: bool = False
     ) -> None:
-        self._client = client
         self._library = library
         self._state = SessionState()
         self._actions = Actions(client)
@@ -261,6 +260,4 @@ class Session:
         return shown
 
     def _reader(self) -> RunReader:
-        if self._state.path is None:
-            raise InvalidData("Choose a run first.")
-        return self._library.reader(self._state.path)
+        return self._library.shown(self._state.path)

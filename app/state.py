@@ -38,6 +38,11 @@ class Selection:
         return bool(self.line) and self.line[0].number != self.number
 
     @property
+    def own_cell(self) -> Cell | None:
+        """The cell that holds the robot itself; None if none does."""
+        return None if self.is_ancestor else self.cell
+
+    @property
     def number(self) -> int:
         """Number of its evaluation."""
         return self.evaluation.solution.number

@@ -16,7 +16,6 @@ from app.file_maker import File, FileMaker
 from app.library import Library
 from app.limits import SimulationBudget
 from app.recording import Progress, recording
-from app.robot_folder import folder_name, robot_folder
 from app.state import Selection, SessionState
 from engine.errors import InvalidData, TensAtlasError
 from engine.reader import RunReader
@@ -24,7 +23,6 @@ from engine.records import cell_name
 from engine.replay import Replay
 from engine.table import csv_bytes, elite_table
 from engine.zip_file import zip_bytes
-from viz.build_sheet.facts import Place
 
 log = logging.getLogger(__name__)
 
@@ -92,16 +90,12 @@ class Takeaway:
             InvalidData: no robot is chosen, another file is being made, or paper or material is none on
                 offer.
         """
-        (reader, chosen), choice = self._chosen(), self.panel.exports.choice
-        name = folder_name(reader, chosen.number)
-        cell = None if chosen.is_ancestor else chosen.cell
-        place = None if cell is None else Place(archive=chosen.archive, cell=cell)
+        (reader, item), choice = self._chosen_item(), self.panel.exports.choice
+        name = item.name
 
         def make(progress: Progress) -> File:
             progress("simulating and drawing", 0, 1)
-            files = robot_folder(
-                reader, chosen.number, materials=choice.materials, place=place, paper=choice.paper
-            )
+            files = basket.exported(item, reader, choice)
             progress("packing", 1, 1)
             return f"{name}.zip", zip_bytes(files, name)
 
@@ -113,10 +107,7 @@ class Takeaway:
         Raises:
             InvalidData: no robot is chosen, it is there already, or the basket is full.
         """
-        reader, chosen = self._chosen()
-        cell = None if chosen.is_ancestor else chosen.cell
-        item = basket.item_of(reader, chosen.evaluation, chosen.archive, cell)
-        self._put(basket.added(self._state.basket, item))
+        self._put(basket.added(self._state.basket, self._chosen_item()[1]))
 
     def remove(self, position: int) -> None:
         """Take a robot out of the basket; a position that is none does nothing."""
@@ -215,9 +206,11 @@ class Takeaway:
         return trials.settle_time + trials.trial_time
 
     def _reader(self) -> RunReader:
-        if self._state.path is None:
-            raise InvalidData("Choose a run first.")
-        return self._library.reader(self._state.path)
+        return self._library.shown(self._state.path)
+
+    def _chosen_item(self) -> tuple[RunReader, basket.Item]:
+        reader, chosen = self._chosen()
+        return reader, basket.item_of(reader, chosen.evaluation, chosen.archive, chosen.own_cell)
 
     def _chosen(self) -> tuple[RunReader, Selection]:
         if self._state.selection is None:

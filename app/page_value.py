@@ -1,0 +1,41 @@
+"""A value that lives in a browser's page: its address, or what its tab remembers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from app.clicks import script, sender
+from app.viser_private import uuid_of
+from app.widgets import add_channel, put_html
+
+
+class PageValue:
+    """Reads the value once, when the page is there, and changes it from then on.
+
+    Args:
+        gui: of one client, at a place that is always on the page.
+        label: of the channel that the value comes through.
+        expression: JavaScript of the value, a text.
+        arrived: called with the value.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, label: str, expression: str, arrived: Callable[[str], None]
+    ) -> None:
+        self._known = False
+        channel = add_channel(gui, label)
+        gui.add_html(script(sender(uuid_of(channel), f"{expression}+'|'+Date.now()")))
+        self._writer = gui.add_html("")
+
+        @channel.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and not self._known:
+                self._known = True
+                arrived(str(event.target.value).rpartition("|")[0])
+
+    def change(self, code: str) -> None:
+        """Run JavaScript that changes the value, unless that would be gone before it was read."""
+        if self._known:
+            put_html(self._writer, script(code))
