@@ -19,19 +19,11 @@ from engine.errors import (
     UnknownTask,
     one_line,
 )
-from engine.schema import APPLICATION_ID, FORMAT_VERSION
+from engine.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
 
 CHUNK: Final = 500
 """Numbers in one query."""
 _HEADER: Final = b"SQLite format 3\x00"
-_COLUMNS: Final = {
-    "meta": "key value",
-    "evaluations": "number generation morphology controller parent operator source fitness distances"
-    " trajectory head_is_end failure",
-    "generations": "generation n_evaluations n_failed archives finished_at seconds",
-    "placements": "generation archive cell evaluation",
-    "state": "id generation algorithm",
-}
 
 
 class RunDatabase:
@@ -109,7 +101,7 @@ class RunDatabase:
         for kind, name in self.query("SELECT type, name FROM sqlite_master"):
             if kind not in ("table", "index"):
                 raise RunFileError(f"{self.path} is not a TensAtlas run file: it has a {kind}, {name!r:.60}")
-        tables = _COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
+        tables = COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
         for table, columns in tables.items():
             found = {r[1]: r[6] for r in self.query(f"PRAGMA table_xinfo({table})")}
             if not set(found).issuperset(columns.split()):

@@ -16,13 +16,11 @@ from engine.evaluation import Evaluation
 from engine.reader import RunReader, check_fits
 from engine.records import digest, from_row
 from engine.salvage import Row, salvage
+from engine.schema import COLUMNS
 from engine.tasks import fitness
 
-COLUMNS: Final = (
-    "number generation morphology controller parent operator source fitness distances trajectory head_is_end"
-    " failure"
-).split()
-_FITNESS: Final = COLUMNS.index("fitness")
+_COLUMNS: Final = COLUMNS["evaluations"].split()
+_FITNESS: Final = _COLUMNS.index("fitness")
 
 
 class SalvagedTables:
@@ -146,7 +144,7 @@ class SalvagedTables:
 
     def _evaluation(self, config: RunConfig, number: int, row: tuple[Any, ...]) -> Evaluation | None:
         try:
-            e = from_row(dict(zip(COLUMNS, row, strict=True)))
+            e = from_row(dict(zip(_COLUMNS, row, strict=True)))
             check_fits(config, e)
             if type(row[1]) is not int or row[1] < 0:
                 return None
@@ -160,7 +158,7 @@ class SalvagedTables:
 
     def _sort(self, row: Row) -> None:
         match row:
-            case Row(int(number), (None, int(), *_)) if len(row.values) == len(COLUMNS) and number >= 0:
+            case Row(int(number), (None, int(), *_)) if len(row.values) == len(_COLUMNS) and number >= 0:
                 values = [number, *row.values[1:]]
                 if type(values[_FITNESS]) is int:  # SQLite stores whole numbers short
                     values[_FITNESS] = float(values[_FITNESS])

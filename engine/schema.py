@@ -84,3 +84,13 @@ CREATE TABLE state (
 );
 """
 )
+
+COLUMNS: Final = {
+    "meta": "key value",
+    "evaluations": "number generation morphology controller parent operator source fitness distances"
+    " trajectory head_is_end failure",
+    "generations": "generation n_evaluations n_failed archives finished_at seconds",
+    "placements": "generation archive cell evaluation",
+    "state": "id generation algorithm",
+}
+"""Of the tables that a run of every format has, in their order."""

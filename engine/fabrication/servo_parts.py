@@ -33,6 +33,14 @@ LINE_HOLE: Final = 1.2
 """Thickness of the mount's plate; diameter of the holes that lines leave the guide by."""
 
 
+def elastic_length() -> float:
+    """Return the most that elastic, knot and loop of an internal cable may be long, in m.
+
+    It is a millimetre less than the shortest cable at full contraction.
+    """
+    return float(min(servo.TARGET_LENGTHS[-1])) - 0.001
+
+
 def groove_radii(motor: ServoMotor) -> np.ndarray:
     """Return (5,) radii in mm that wind each internal cable's whole stroke, as ``SERVO_NODES``."""
     stroke = 1e3 * (servo.TARGET_LENGTHS[0] - servo.TARGET_LENGTHS[-1])

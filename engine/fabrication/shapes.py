@@ -49,34 +49,27 @@ def net_outline(net: Net, design: CableDesign) -> Polygon:
     cables = [
         LineString([points[i] for i in c.eyelets]).buffer(width / 2, cap_style="flat") for c in net.cables
     ]
-    rings = [Point(p).buffer(1e3 * EYELET_RADIUS, quad_segs=solids.SEGMENTS // 4) for p in points]
-    return unary_union([*cables, *rings]).difference(_holes(net))
-
-
-def _holes(net: Net) -> Polygon:
-    return unary_union(
-        [
-            Point(1e3 * e.position[0], 1e3 * e.position[1]).buffer(
-                500 * EYELET_HOLE, quad_segs=solids.SEGMENTS // 4
-            )
-            for e in net.eyelets
-        ]
-    )
+    return unary_union([*cables, *_discs(net, 1e3 * EYELET_RADIUS)]).difference(_holes(net))
 
 
 def net_solid(net: Net, design: CableDesign) -> Manifold:
     """Return the net: cables of their section, and rings that are thicker."""
     thickness = 1e3 * design.section.thickness
     flat = solids.extruded(net_outline(net, design), thickness)
-    rings = unary_union(
-        [
-            Point(1e3 * e.position[0], 1e3 * e.position[1]).buffer(
-                1e3 * EYELET_RADIUS, quad_segs=solids.SEGMENTS // 4
-            )
-            for e in net.eyelets
-        ]
-    ).difference(_holes(net))
+    rings = unary_union(_discs(net, 1e3 * EYELET_RADIUS)).difference(_holes(net))
     return flat + solids.extruded(rings, max(EYELET_THICKNESS, thickness))
+
+
+def _holes(net: Net) -> Polygon:
+    return unary_union(_discs(net, 500 * EYELET_HOLE))
+
+
+def _discs(net: Net, radius: float) -> list[Polygon]:
+    """Return a disc round the middle of every eyelet, in mm."""
+    return [
+        Point(1e3 * e.position[0], 1e3 * e.position[1]).buffer(radius, quad_segs=solids.SEGMENTS // 4)
+        for e in net.eyelets
+    ]
 
 
 def notch_angles() -> np.ndarray:

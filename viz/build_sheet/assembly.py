@@ -10,7 +10,6 @@ import numpy as np
 from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 
-from engine import servo
 from engine import tensegrity as t
 from engine.fabrication import tolerances
 from engine.fabrication.cables import CableDesign, design_cables
@@ -19,7 +18,7 @@ from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.module_state import floating_module
 from engine.fabrication.net import EYELET_HOLE
-from engine.fabrication.servo_parts import ROD_DIAMETER
+from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
 from engine.fabrication.shapes import notch_angles
 from engine.robot import GRAVITY
 from viz.build_sheet import blocks, style
@@ -123,7 +122,6 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
     ballast = balance.ballast
     inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]
-    reach = 1000 * min(servo.TARGET_LENGTHS[-1])
     every = (0, 1, 2, 3, 4, 5)
     return [
         Step(
@@ -190,7 +188,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             " the wide hole of"
             " the ball and out of the hole that looks to its node. Tie on the elastic (“Wiring”) and"
             " a small loop of line; from first knot to loop's end"
-            f" at most {reach - 1:.0f} mm. At a0, hang {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g"
+            f" at most {1000 * elastic_length():.0f} mm. At a0, hang {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g"
             " on the loop: from"
             " ball to loop it must measure what the table under “Wiring” says for 0°,"
             f" ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put the loop over the neck of"

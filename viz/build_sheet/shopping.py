@@ -6,13 +6,13 @@ import math
 
 from reportlab.platypus import Flowable
 
-from engine import servo
 from engine import tensegrity as t
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.rods import stock_plan
+from engine.fabrication.servo_parts import elastic_length
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
@@ -68,7 +68,6 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
     listed = parts(facts.morphology, materials)
     printed = printed_parts(facts.morphology, materials)
     line = sum(p.quantity * (p.length or 0.0) for p in listed if p.group == "internal cables")
-    elastic = 1000 * min(servo.TARGET_LENGTHS[-1]) - 1
     rows = [
         [
             style.escaped(materials.rod.material),
@@ -106,7 +105,7 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         [style.escaped(materials.line.material), f"{math.ceil(SPARE * line)} m", "internal cables, joints"],
         [
             style.escaped(materials.line.elastic),
-            f"{len(t.SERVO_NODES) * n} pieces of {elastic:.0f} mm at most",
+            f"{len(t.SERVO_NODES) * n} pieces of {1000 * elastic_length():.0f} mm at most",
             "one in every internal cable; chosen by hanging a weight on it (“Wiring”)",
         ],
     ]
