@@ -202,13 +202,14 @@ class ArchivesPanel:
 
     def show_trend(self, generations: Sequence[Generation], shown: int) -> None:
         """Draw the trends and put the slider at the shown generation."""
+        last = generations[-1].number
+        # before the trend: who sees that may move the slider at once
+        put(self._slider, max(last, 1), "max")
+        put(self._slider, last == 0, "disabled")
+        put(self._play, last == 0, "disabled")
+        put(self._slider, shown)
         drawn = trend.render(generations, shown)
         put_html(self._trend, f'<div style="padding:0 10px;max-width:420px">{drawn}</div>')
-        last = generations[-1].number
-        if self._slider.max != max(last, 1):
-            self._slider.max = max(last, 1)
-        self._slider.disabled = self._play.disabled = last == 0
-        put(self._slider, shown)
 
     def show_growth_playing(self, playing: bool) -> None:
         """Let the button by the slider stop what plays, or play."""

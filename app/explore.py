@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import gc
 import os
 import socket
 import sys
@@ -85,6 +86,9 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
     with serve(
         places, host=listening.host, port=listening.port, access=access, read_only=read_only
     ) as server:
+        # what has been imported stays: no collection of garbage need walk it again
+        gc.collect()
+        gc.freeze()
         announce(server, listening, access)
         wait_for_interrupt()
 

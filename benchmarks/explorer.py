@@ -282,8 +282,8 @@ def updating(folder: Path, evaluations: int, n: int) -> list[Row]:
 
 
 def opened(browser: SyntheticBrowser) -> None:
-    """Wait until a browser shows its first run."""
-    browser.wait(html_with('data-c="controller:'), 0)
+    """Wait until a browser shows its first run, the trend last."""
+    browser.wait(html_with("ta-trend"), 0)
 
 
 def select(browser: SyntheticBrowser, robot: Place) -> float:

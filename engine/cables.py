@@ -9,7 +9,6 @@ import numpy as np
 from engine import servo
 from engine import tensegrity as t
 
-_MIDDLES: Final = np.array([t.NODES[[a, b]].mean(axis=0) for a, b in t.RODS])
 _PASSIVE: Final = [(t.rod_of(n), t.passive_anchor(n, o)) for a, b in t.CABLES for n, o in ((a, b), (b, a))]
 _INTERNAL: Final = [
     (rod, point)
@@ -17,7 +16,7 @@ _INTERNAL: Final = [
     for rod, point in zip((t.SERVO_ROD, t.rod_of(n)), t.servo_anchors(n), strict=True)
 ]
 _ROD: Final = np.array([rod for rod, _ in (*_PASSIVE, *_INTERNAL)])
-_LOCAL: Final = np.array([point - _MIDDLES[rod] for rod, point in (*_PASSIVE, *_INTERNAL)])
+_LOCAL: Final = np.array([point - t.ROD_MIDDLES[rod] for rod, point in (*_PASSIVE, *_INTERNAL)])
 _FIRST_INTERNAL: Final = len(_PASSIVE)
 _MEAN_TARGETS: Final = servo.TARGET_LENGTHS.mean(axis=1)
 

@@ -148,11 +148,40 @@ def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True
     contact.solref = [physics.contact_time, physics.contact_damping]
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
+    rods = _Rods(spec)
     for i, (turn, centre) in enumerate(module_placements(morphology)):
-        _add_module(spec, i, turn, centre, morphology.stiffnesses[i], physics)
+        _add_module(rods, i, turn, centre, morphology.stiffnesses[i], physics)
     for i in range(morphology.n_modules - 1):
-        _add_joint(spec, i, morphology)
+        _add_joint(rods, i, morphology)
     return spec
+
+
+class _Rods:
+    """The rods of a robot that is being described: a description finds a body by its name slowly."""
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self.spec = spec
+        self._bodies: dict[tuple[int, int], mujoco.MjsBody] = {}
+        self._n_sites = 0
+
+    def add(self, module: int, rod: int, middle: np.ndarray, turn: Rotation) -> mujoco.MjsBody:
+        """Add a rod's body, its middle (3,) in metres in the world, with the module's turn."""
+        body = self.spec.worldbody.add_body(
+            name=f"m{module}_rod{rod}", pos=middle, quat=turn.as_quat(scalar_first=True)
+        )
+        self._bodies[module, rod] = body
+        return body
+
+    def add_site(self, module: int, rod: int, point: np.ndarray) -> str:
+        """Add a site at a point (3,) of the module's built frame, in metres, to a rod; return its name."""
+        name = f"m{module}_site{self._n_sites}"
+        self._n_sites += 1
+        self._bodies[module, rod].add_site(
+            name=name,
+            pos=point - t.ROD_MIDDLES[rod],
+            size=[0.0005, 0.0005, 0.0005],
+        )
+        return name
 
 
 @functools.lru_cache(maxsize=32)  # up to 3 MB each
@@ -169,7 +198,7 @@ def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = Tru
 def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:
     """Compile a robot in a world with walls, at their places in the world.
 
-    Describing a robot is what takes long (15 to 200 ms); compiling a description again takes 1 to 5 ms,
+    Describing a robot is what takes long (10 to 50 ms); compiling a description again takes 1 to 5 ms,
     so every trial can have walls of its own, with bounding volumes that fit them. The state of such a
     model has the layout of the robot's own.
     """
@@ -224,7 +253,7 @@ def _add_ground(spec: mujoco.MjSpec) -> None:
 
 
 def _add_module(
-    spec: mujoco.MjSpec,
+    rods: _Rods,
     i: int,
     turn: Rotation,
     centre: np.ndarray,
@@ -232,12 +261,7 @@ def _add_module(
     physics: Physics,
 ) -> None:
     for r, (a, b) in enumerate(t.RODS):
-        middle = t.NODES[[a, b]].mean(axis=0)
-        body = spec.worldbody.add_body(
-            name=f"m{i}_rod{r}",
-            pos=centre + turn.apply(middle),
-            quat=turn.as_quat(scalar_first=True),
-        )
+        body = rods.add(i, r, centre + turn.apply(t.ROD_MIDDLES[r]), turn)
         body.add_freejoint()
         half = (t.NODES[b] - t.NODES[a]) / 2
         core = half * (1.0 - t.ROD_END_CUT / np.linalg.norm(half))
@@ -248,7 +272,7 @@ def _add_module(
             mass=0.0,
         )
         _set_inertia(body, r, half, physics)
-    _add_cables(spec, i, stiffness)
+    _add_cables(rods, i, stiffness)
 
 
 def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Physics) -> None:
@@ -271,7 +295,8 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     body.explicitinertial = True
 
 
-def _add_cables(spec: mujoco.MjSpec, i: int, stiffness: float) -> None:
+def _add_cables(rods: _Rods, i: int, stiffness: float) -> None:
+    spec = rods.spec
     for a, b in t.CABLES:
         tendon = spec.add_tendon(
             name=f"m{i}_cable_{a}_{b}",
@@ -282,12 +307,12 @@ def _add_cables(spec: mujoco.MjSpec, i: int, stiffness: float) -> None:
             rgba=[0.36, 0.65, 0.86, 1.0],
         )
         for node, other in ((a, b), (b, a)):
-            tendon.wrap_site(_add_site(spec, i, t.rod_of(node), t.passive_anchor(node, other)))
+            tendon.wrap_site(rods.add_site(i, t.rod_of(node), t.passive_anchor(node, other)))
     for node in t.SERVO_NODES:
         tendon = spec.add_tendon(name=f"m{i}_servo_{node}", width=0.0005, rgba=[0.93, 0.49, 0.19, 1.0])
         on_sphere, on_rod = t.servo_anchors(node)
-        tendon.wrap_site(_add_site(spec, i, t.SERVO_ROD, on_sphere))
-        tendon.wrap_site(_add_site(spec, i, t.rod_of(node), on_rod))
+        tendon.wrap_site(rods.add_site(i, t.SERVO_ROD, on_sphere))
+        tendon.wrap_site(rods.add_site(i, t.rod_of(node), on_rod))
         # tension = SERVO_OFFSET + SERVO_GAIN (length - target), between 0 and SERVO_MAX_TENSION
         spec.add_actuator(
             name=f"m{i}_servo_{node}",
@@ -302,7 +327,8 @@ def _add_cables(spec: mujoco.MjSpec, i: int, stiffness: float) -> None:
         )
 
 
-def _add_joint(spec: mujoco.MjSpec, i: int, morphology: Morphology) -> None:
+def _add_joint(rods: _Rods, i: int, morphology: Morphology) -> None:
+    spec = rods.spec
     face = t.FACES[morphology.faces[i]]
     opposite = t.FACES[t.OPPOSITE_FACE[morphology.faces[i + 1]]]
     for k, (p, q) in enumerate(t.JOINT_ORDER):
@@ -314,18 +340,6 @@ def _add_joint(spec: mujoco.MjSpec, i: int, morphology: Morphology) -> None:
             width=0.001,
             rgba=[0.2, 0.2, 0.2, 1.0],
         )
-        link.wrap_site(_add_site(spec, i, t.rod_of(a), t.NODES[a]))
-        link.wrap_site(_add_site(spec, i + 1, t.rod_of(b), t.NODES[b]))
+        link.wrap_site(rods.add_site(i, t.rod_of(a), t.NODES[a]))
+        link.wrap_site(rods.add_site(i + 1, t.rod_of(b), t.NODES[b]))
         spec.add_exclude(bodyname1=f"m{i}_rod{t.rod_of(a)}", bodyname2=f"m{i + 1}_rod{t.rod_of(b)}")
-
-
-def _add_site(spec: mujoco.MjSpec, module: int, rod: int, point: np.ndarray) -> str:
-    """Add a site at a point of the module's built frame to one of its rods; return its name."""
-    body = spec.body(f"m{module}_rod{rod}")
-    name = f"m{module}_site{len(spec.sites)}"
-    body.add_site(
-        name=name,
-        pos=point - t.NODES[list(t.RODS[rod])].mean(axis=0),
-        size=[0.0005, 0.0005, 0.0005],
-    )
-    return name

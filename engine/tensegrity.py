@@ -8,6 +8,7 @@ that goes with it.
 
 from __future__ import annotations
 
+import functools
 from typing import Final
 
 import numpy as np
@@ -37,6 +38,8 @@ NODES: Final = 0.01 * np.array(
 
 RODS: Final = ((0, 1), (2, 3), (4, 5), (6, 7), (8, 9), (10, 11))
 """Node pairs of the six rods; the rod of node n is ``n // 2``."""
+ROD_MIDDLES: Final = NODES.reshape(6, 2, 3).mean(axis=1)
+"""(6, 3) middles of the rods as built, in metres."""
 
 CABLES: Final = tuple(
     (a, b)
@@ -153,21 +156,24 @@ def rod_of(node: int) -> int:
     return node // 2
 
 
+@functools.cache
 def passive_anchor(node: int, other: int) -> np.ndarray:
     """Return the (3,) anchor of the passive cable node-other at node, in metres, as built.
 
-    The anchor lies on the rod's surface, on the side that faces the other node.
+    The anchor lies on the rod's surface, on the side that faces the other node. Not to be written to.
     """
     return _on_rod_surface(node, NODES[other])
 
 
+@functools.cache
 def servo_anchors(node: int) -> tuple[np.ndarray, np.ndarray]:
     """Return both (3,) anchors of the internal cable to a node, in metres, as built.
 
-    The first lies on the sphere at the actuator point, the second on the node's rod.
+    The first lies on the sphere at the actuator point, the second on the node's rod. Not to be written to.
     """
     towards = NODES[node] - ACTUATOR_POINT
     on_sphere = ACTUATOR_POINT + ACTUATOR_RADIUS * towards / np.linalg.norm(towards)
+    on_sphere.flags.writeable = False
     return on_sphere, _on_rod_surface(node, ACTUATOR_POINT)
 
 
@@ -176,4 +182,6 @@ def _on_rod_surface(node: int, towards: np.ndarray) -> np.ndarray:
     axis = (NODES[b] - NODES[a]) / np.linalg.norm(NODES[b] - NODES[a])
     direction = towards - NODES[node]
     direction = direction - axis * (direction @ axis)
-    return NODES[node] + ANCHOR_OFFSET * direction / np.linalg.norm(direction)
+    anchor = NODES[node] + ANCHOR_OFFSET * direction / np.linalg.norm(direction)
+    anchor.flags.writeable = False
+    return anchor

@@ -56,9 +56,8 @@ class RobotGeometry:
         # points fixed to rods: nodes and actuator
         fixed = [(t.rod_of(n), p) for n, p in enumerate(t.NODES)]
         fixed.append((t.SERVO_ROD, t.ACTUATOR_POINT))
-        middles = np.array([t.NODES[[a, b]].mean(axis=0) for a, b in t.RODS])
         self._rod = np.array([r for r, _ in fixed])
-        self._local = np.array([p - middles[r] for r, p in fixed])
+        self._local = np.array([p - t.ROD_MIDDLES[r] for r, p in fixed])
         self._stiffness = np.array(morphology.stiffnesses)[:, None]
         self._full_tension = full_tension(morphology)
         plain = [*[theme.CABLE] * len(t.CABLES), *[theme.SERVO_CABLE] * len(t.SERVO_NODES)]

@@ -72,7 +72,7 @@ def orientations(morphology: Morphology) -> tuple[Orientation, ...]:
     """Return how each module stands in the chain, in their order."""
     result: list[Orientation] = []
     for i, (turn, centre) in enumerate(module_placements(morphology)):
-        servo = turn.apply(t.NODES[list(t.RODS[t.SERVO_ROD])].mean(axis=0))
+        servo = turn.apply(t.ROD_MIDDLES[t.SERVO_ROD])
         # looking along +x with z up, y points to the left
         angle = float(np.degrees(np.arctan2(-servo[1], servo[2]))) % 360.0
         angle = round(angle, 6) % 360.0

@@ -123,7 +123,7 @@ def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
 
 def guide_point() -> np.ndarray:
     """Return (3,) where the internal cables leave their guide, in mm, in the rod's frame (simulated)."""
-    return 1e3 * (t.ACTUATOR_POINT - t.NODES[list(t.RODS[t.SERVO_ROD])].mean(axis=0))
+    return 1e3 * (t.ACTUATOR_POINT - t.ROD_MIDDLES[t.SERVO_ROD])
 
 
 def guide_direction(node: int) -> np.ndarray:

@@ -332,8 +332,7 @@ def label_nodes(
 
 
 def _distance(a: int, b: int) -> float:
-    middles = [t.NODES[list(t.RODS[r])].mean(axis=0) for r in (a, b)]
-    return float(np.linalg.norm(middles[0] - middles[1]))
+    return float(np.linalg.norm(t.ROD_MIDDLES[a] - t.ROD_MIDDLES[b]))
 
 
 def _span(design: CableDesign) -> float:
