@@ -15,6 +15,7 @@ from engine.replay import Frame, Playable
 from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
 from viz import theme
+from viz.drawn_replay import DrawnReplay
 from viz.robot_geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
 
 TARGET_RADIUS = 0.02
@@ -56,7 +57,7 @@ class RobotDrawing:
     ) -> None:
         self._scene, self._prefix = scene, prefix
         self.replay = replay
-        geometry = self._geometry = RobotGeometry(replay.morphology, replay.head.module)
+        geometry = RobotGeometry(replay.morphology, replay.head.module)
         drawing = geometry.draw(frame.pose, np.ones((geometry.n_modules, 5)))
         cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
         sphere = trimesh.creation.icosphere(subdivisions=1)
@@ -85,6 +86,7 @@ class RobotDrawing:
             f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
+        self._drawn = DrawnReplay(geometry, replay)
         self._layer = MarkLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
         self._has_target = False
@@ -101,7 +103,7 @@ class RobotDrawing:
 
     def compute(self, frame: Frame, marks: Marks) -> Drawing:
         """Return what ``show`` takes: whatever takes time, to be done while messages still flow."""
-        return self._geometry.draw(frame.pose, frame.lengths, tension=marks.tension)
+        return self._drawn.at(frame.time, tension=marks.tension)
 
     def show(self, index: int, frame: Frame, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
         """Draw a frame; call it within ``client.atomic``, so that a frame arrives as one.

@@ -24,13 +24,28 @@ def frame_at(replay: Playable, moment: float) -> Frame:
         The recorded frame itself where there is one, and before the first and after the last.
     """
     frames = replay.frames
-    last = len(frames) - 1
+    first, part = place_of(replay, moment)
+    return between(frames[first], frames[first + 1], part) if part else frames[first]
+
+
+def place_of(replay: Playable, moment: float) -> tuple[int, float]:
+    """Return which recorded frame a moment follows, and what part of the way to the next one it is.
+
+    Args:
+        replay: of which there is a frame.
+        moment: of its clock, in s.
+
+    Returns:
+        The index of the frame and a part from 0 to below 1; 0 where there is no next frame, and 0 for the
+        first frame before it.
+    """
+    last = len(replay.frames) - 1
     place = (moment - replay.start_time) / replay.frame_period - 1.0
     nearest = min(max(round(place), 0), last)
     if not 0.0 < place < last or abs(place - nearest) < NEAR:
-        return frames[nearest]
+        return nearest, 0.0
     first = math.floor(place)
-    return between(frames[first], frames[first + 1], place - first)
+    return first, place - first
 
 
 def between(one: Frame, other: Frame, part: float) -> Frame:

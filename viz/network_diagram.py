@@ -86,14 +86,14 @@ class NetworkDiagram:
         Args:
             neurons: activation by key, in [0, 1]; empty while the network has no say.
         """
-        rules = []
-        for key, value in neurons.items():
-            rules.append(f".n{key}{{fill:{_blend(value)}}}")
-            if key in self.network.outputs:
+        rules = [f".n{key}{{fill:{_SHADES[_percent(value)]}}}" for key, value in neurons.items()]
+        for first, options in ((0, servo.FREQUENCIES), (1, servo.PHASES)):
+            keys = [key for key in self.network.outputs[first::2] if key in neurons]
+            values = np.array([neurons[key] for key in keys])
+            chosen = np.argmax(servo.pick(options, values)[:, None] == options, axis=1)
+            for key, value, option in zip(keys, values.tolist(), chosen.tolist(), strict=True):
                 rules.append(f".b{key}{{transform:scaleX({value:.2f})}}")
-                options = servo.PHASES if key % 2 else servo.FREQUENCIES
-                chosen = int(np.flatnonzero(options == servo.pick(options, np.array(value)))[0])
-                rules.append(f".o{key}-{chosen}{{opacity:1}}")
+                rules.append(f".o{key}-{option}{{opacity:1}}")
         return "".join(f".ta-network {rule}" for rule in rules)
 
     def _places(self) -> dict[int, tuple[float, float]]:
@@ -200,10 +200,15 @@ def _width(weight: float) -> float:
     return min(0.4 + 0.5 * abs(weight), 3.0)
 
 
-def _blend(part: float) -> str:
-    part = min(max(part, 0.0), 1.0)
-    return _hex([round(a + (b - a) * part) for a, b in zip(REST, ACTIVE, strict=True)])
+def _percent(part: float) -> int:
+    return round(100 * min(max(part, 0.0), 1.0))
 
 
 def _hex(color: Sequence[int]) -> str:
     return "#" + "".join(f"{c:02x}" for c in color)
+
+
+_SHADES = [
+    _hex([round(a + (b - a) * k / 100) for a, b in zip(REST, ACTIVE, strict=True)]) for k in range(101)
+]
+"""Fills of a neuron whose activation is so many percent."""

@@ -83,37 +83,49 @@ class RobotGeometry:
             lengths: (modules, 5) commanded lengths of the internal cables, in m.
             tension: whether the colours of the cables show it.
         """
-        position = pose[..., :3].astype(float)
-        turn = pose[..., 3:].astype(float)
-        nodes = position[:, self._rod] + rotate(turn[:, self._rod], self._local)
-        ends = cable_ends(pose)
+        return self.draw_all(pose[None], lengths[None], tension=tension)[0]
+
+    def draw_all(self, poses: np.ndarray, lengths: np.ndarray, *, tension: bool = True) -> list[Drawing]:
+        """Place everything in several frames at once, which costs little more than in one.
+
+        Args:
+            poses: (frames, modules, 6, 7) positions in m and quaternions of the rods.
+            lengths: (frames, modules, 5) commanded lengths of the internal cables, in m.
+            tension: whether the colours of the cables show it.
+        """
+        n = len(poses)
+        position = poses[..., :3].astype(float)
+        turn = poses[..., 3:].astype(float)
+        nodes = position[..., self._rod, :] + rotate(turn[..., self._rod, :], self._local)
+        ends = cable_ends(poses)
         shares = self._tensions(ends, lengths)
-        colors = self._tension_colors(shares) if tension else self._plain_colors
-        return Drawing(
-            rod_positions=position.reshape(-1, 3).astype(np.float32),
-            rod_turns=_multiply(turn, self._align).reshape(-1, 4).astype(np.float32),
-            nodes=nodes.reshape(-1, 3).astype(np.float32),
-            cables=ends.reshape(-1, 2, 3).astype(np.float32),
-            cable_colors=np.repeat(colors.reshape(-1, 1, 3), 2, axis=1),
-            tension=shares.ravel(),
+        colors = self._tension_colors(shares) if tension else np.tile(self._plain_colors, (n, 1, 1, 1))
+        arrays = (
+            position.reshape(n, -1, 3).astype(np.float32),
+            _multiply(turn, self._align).reshape(n, -1, 4).astype(np.float32),
+            nodes.reshape(n, -1, 3).astype(np.float32),
+            ends.reshape(n, -1, 2, 3).astype(np.float32),
+            np.repeat(colors.reshape(n, -1, 1, 3), 2, axis=2),
+            shares.reshape(n, -1),
         )
+        return [Drawing(*of_one) for of_one in zip(*arrays, strict=True)]
 
     def _tensions(self, ends: np.ndarray, commanded: np.ndarray) -> np.ndarray:
-        """Return the (modules, cables) tensions as shares of those that are drawn in the full colour."""
-        length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1)
-        passive, internal = np.split(length, [len(t.CABLES)], axis=1)
+        """Return the (..., modules, cables) tensions as shares of those that have the full colour."""
+        length = np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
+        passive, internal = np.split(length, [len(t.CABLES)], axis=-1)
         pull = passive_tension(passive, self._stiffness) / self._full_tension
         drawn_in = internal_tension(internal, commanded) / t.SERVO_MAX_TENSION
-        return np.clip(np.concatenate([pull, drawn_in], axis=1), 0.0, 1.0)
+        return np.clip(np.concatenate([pull, drawn_in], axis=-1), 0.0, 1.0)
 
     def _tension_colors(self, shares: np.ndarray) -> np.ndarray:
-        pull, drawn_in = np.split(shares, [len(t.CABLES)], axis=1)
+        pull, drawn_in = np.split(shares, [len(t.CABLES)], axis=-1)
         return np.concatenate(
             [
                 _blend(theme.CABLE_SLACK, theme.CABLE_TAUT, pull),
                 _blend(theme.SERVO_SLACK, theme.SERVO_TAUT, drawn_in),
             ],
-            axis=1,
+            axis=-2,
         )
 
 
