@@ -34,8 +34,8 @@ class DrawnReplay:
         """Return the drawing of a moment; never one beyond what has been simulated.
 
         Everything moves along straight lines from frame to frame, and turns are scaled to unit length. A
-        rod's ends are then within 0.2 mm of where the turned rod has them while a robot crawls, and within
-        2 mm in the tenth of a second in which a dropped one folds. Colours are the nearer frame's.
+        rod's ends are then where the turned rod has them to 0.1 mm in the median, and to 3 mm in the tenth
+        of a second in which a dropped module folds. Colours are the nearer frame's.
 
         Args:
             moment: of the replay's clock, in s; there must be a frame.
