@@ -86,9 +86,7 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
     with serve(
         places, host=listening.host, port=listening.port, access=access, read_only=read_only
     ) as server:
-        # what has been imported stays: no collection of garbage need walk it again
-        gc.collect()
-        gc.freeze()
+        gc.freeze()  # what has been imported stays: no collection of garbage need walk it again
         announce(server, listening, access)
         wait_for_interrupt()
 

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from engine.interpolation import frame_at
+from engine.interpolation import frame_at, nearest_index
 from engine.replay import Frame, Playable
 
 log = logging.getLogger(__name__)
@@ -175,16 +175,11 @@ class Player:
             replay = self._replay
             if replay is None or not replay.frames:
                 return
-            index, frame = self.frame_index(replay), frame_at(replay, self.time)
+            index, frame = nearest_index(replay, self.time), frame_at(replay, self.time)
             if self._shown == (replay, frame.time):
                 return
             self._shown = (replay, frame.time)
         self._show(replay, index, frame)
-
-    def frame_index(self, replay: Playable) -> int:
-        """Return the index of the recorded frame that is nearest, at most the last simulated one."""
-        due = round((self.time - replay.start_time) / replay.frame_period) - 1
-        return min(max(due, 0), len(replay.frames) - 1)
 
 
 def current_frame(player: Player) -> Frame | None:

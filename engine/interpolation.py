@@ -48,29 +48,42 @@ def place_of(replay: Playable, moment: float) -> tuple[int, float]:
     return first, place - first
 
 
+def nearest_index(replay: Playable, moment: float) -> int:
+    """Return the index of the recorded frame that is nearest to a moment; arguments as of ``place_of``."""
+    return round(sum(place_of(replay, moment)))
+
+
 def between(one: Frame, other: Frame, part: float) -> Frame:
     """Return what lies a part of the way, from 0 to 1, from a frame to one soon after it.
 
-    Positions, lengths and the head move along straight lines. Quaternions do too, the shorter way, and are
-    scaled to unit length: within a frame's time a rod turns little, so that this is close to the great
-    circle. Contacts and what is sensed are the nearer frame's.
+    Positions, lengths and the head move along straight lines, rods turn as ``mix_turns`` has it. Contacts
+    and what is sensed are the nearer frame's.
     """
     nearer = one if part < 0.5 else other
-    pose = _mix(one.pose, other.pose, part)
-    first, second = one.pose[..., 3:], other.pose[..., 3:]
-    # q and -q are the same turn
-    sign = np.where((first * second).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
-    turn = _mix(first, sign * second, part)
-    pose[..., 3:] = turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+    pose = mix(one.pose, other.pose, part)
+    pose[..., 3:] = mix_turns(one.pose[..., 3:], other.pose[..., 3:], part)
     return Frame(
         time=one.time + part * (other.time - one.time),
         pose=pose,
-        lengths=_mix(one.lengths, other.lengths, part),
-        head=_mix(one.head, other.head, part),
+        lengths=mix(one.lengths, other.lengths, part),
+        head=mix(one.head, other.head, part),
         contacts=nearer.contacts,
         sensed=nearer.sensed,
     )
 
 
-def _mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
+def mix_turns(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
+    """Return what lies a part of the way, from 0 to 1, from quaternions (..., 4) to others, as float32.
+
+    They move along straight lines, the shorter way, and are scaled to unit length: within a frame's time a
+    rod turns little, so that this is close to the great circle.
+    """
+    # q and -q are the same turn
+    sign = np.where((one * other).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    turn = mix(one, sign * other, part)
+    return turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+
+
+def mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
+    """Return what lies a part of the way, from 0 to 1, from an array to another, as float32."""
     return ((1.0 - part) * one + part * other).astype(np.float32)
