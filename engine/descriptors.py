@@ -59,6 +59,16 @@ def sensory_data(trajectories: Sequence[np.ndarray], kind: str) -> np.ndarray:
     return paths.reshape(len(paths), -1)
 
 
+def _rounded(values: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return values rounded to about ten digits of their units (the power of two below each).
+
+    Linear algebra is tuned to each kind of processor and ends in other last digits on each (some 1e-16 of
+    a unit). Without them a run comes to the same archive on all.
+    """
+    step = np.ldexp(1.0, np.frexp(units)[1] - 34)
+    return np.round(values / step) * step
+
+
 class TrajectoryDescriptor:
     """Standardise, project on the first principal components, cut into cells.
 
@@ -99,10 +109,10 @@ class TrajectoryDescriptor:
             standard = scaler.transform(data)
             n_components = min(len(self.shape), *data.shape)
             pca = PCA(n_components=n_components, svd_solver="full").fit(standard)
-        self._mean = scaler.mean_ + pca.mean_ * scaler.scale_
-        self._scale = scaler.scale_
+        self._mean = _rounded(scaler.mean_ + pca.mean_ * scaler.scale_, scaler.scale_)
+        self._scale = _rounded(scaler.scale_, scaler.scale_)
         self._components = np.zeros((len(self.shape), data.shape[1]))
-        self._components[:n_components] = pca.components_
+        self._components[:n_components] = _rounded(pca.components_, np.ones(1))
         self.set_bounds(self.transform(data))
 
     def transform(self, data: np.ndarray) -> np.ndarray:

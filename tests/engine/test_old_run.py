@@ -4,6 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_up import held
 
@@ -30,7 +31,13 @@ def test_the_same_solutions_are_asked_for_and_placed_where_they_were(reader):
         for name, cells in held(algorithm.archives).items():
             assert cells == reader.placements(name, algorithm.generation - 1)
     assert algorithm.generation == reader.last_generation() + 1
-    assert json.loads(json.dumps(algorithm.state())) == reader.algorithm_state()
+    state, state_then = json.loads(json.dumps(algorithm.state())), reader.algorithm_state()
+    fit, fit_then = state.pop("descriptor"), state_then.pop("descriptor")
+    assert state == state_then
+    assert fit.keys() == fit_then.keys()
+    # fits of that version kept the last digits, in which kinds of processors differ
+    for name, values in fit.items():
+        np.testing.assert_allclose(values, fit_then[name], rtol=1e-8, atol=1e-9, err_msg=name)
 
 
 def test_it_says_nothing_of_newer_options_and_has_their_defaults(reader):
