@@ -3,11 +3,13 @@
 ``?run=NAME&archive=morphology&cell=3,7&robot=112`` names a run as the list of runs does and a robot of it:
 by its cell, or exactly by its number, which what the app writes always has, because a live run may find a
 better robot for a cell. ``generation``, ``target``, ``seed`` and ``fresh`` (noise that it was not evaluated
-with) follow if they are not the usual ones; the last three count from 1, as the replay's panel does.
+with) follow if they are not the usual ones; the last three count from 1, as the replay's panel does. A
+target of one's own is ``aim=30,62``: 30 degrees to the left of the settled head, 62 cm from it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import re
@@ -21,11 +23,14 @@ import viser
 from app.page_value import PageValue
 from app.run_picker import label_paths
 from engine.archive import Cell
+from engine.errors import InvalidData
+from engine.trial_choice import FIRST_TRIAL, Aim, TrialChoice
 
 MAX_LENGTH: Final = 2000
 """Characters of the longest query that is read."""
 _NUMBER: Final = re.compile(r"\d{1,9}")
 _CELL: Final = re.compile(r"\d{1,3}(,\d{1,3}){0,5}")
+_AIM: Final = re.compile(r"-?\d{1,3},\d{1,3}", re.ASCII)
 _ARCHIVE: Final = re.compile(r"[a-z0-9-]{1,40}")
 
 
@@ -39,8 +44,7 @@ class Place:
         cell: of the archive.
         robot: number of its evaluation.
         generation: that the maps show; None for the last one.
-        target, repeat: the trial, counted from 0.
-        fresh: number of fresh noise, 0 for the evaluated one.
+        trial: of the robot.
     """
 
     run: str | None = None
@@ -48,9 +52,7 @@ class Place:
     cell: Cell | None = None
     robot: int | None = None
     generation: int | None = None
-    target: int = 0
-    repeat: int = 0
-    fresh: int = 0
+    trial: TrialChoice = FIRST_TRIAL
 
     @classmethod
     def parse(cls, query: str) -> Self:
@@ -72,25 +74,38 @@ class Place:
             cell=tuple(map(int, cell.split(","))) if _CELL.fullmatch(cell) else None,
             robot=number("robot"),
             generation=number("generation"),
-            target=(number("target", 1) or 1) - 1,
-            repeat=(number("seed", 1) or 1) - 1,
-            fresh=number("fresh") or 0,
+            trial=TrialChoice(
+                target=(number("target", 1) or 1) - 1,
+                repeat=(number("seed", 1) or 1) - 1,
+                fresh=number("fresh") or 0,
+                aim=_aim(given.get("aim", "")),
+            ),
         )
 
     def query(self) -> str:
         """Return the query that ``parse`` reads as this place; empty if it says nothing."""
+        trial = self.trial
         said = {
             "run": self.run,
             "archive": self.archive,
             "cell": None if self.cell is None else ",".join(map(str, self.cell)),
             "robot": self.robot,
             "generation": self.generation,
-            "target": self.target + 1 if self.target else None,
-            "seed": self.repeat + 1 if self.repeat else None,
-            "fresh": self.fresh or None,
+            "target": trial.target + 1 if trial.target else None,
+            "seed": trial.repeat + 1 if trial.repeat else None,
+            "fresh": trial.fresh or None,
+            "aim": None if trial.aim is None else f"{trial.aim.bearing},{trial.aim.distance}",
         }
         pairs = [(k, str(v)) for k, v in said.items() if v is not None]
         return "?" + urllib.parse.urlencode(pairs, safe=",/") if pairs else ""
+
+
+def _aim(text: str) -> Aim | None:
+    """Return the target of one's own that an address says, None if it says none."""
+    if _AIM.fullmatch(text):
+        with contextlib.suppress(InvalidData):
+            return Aim(*map(int, text.split(",")))
+    return None
 
 
 def run_name(path: Path, paths: Sequence[Path]) -> str | None:

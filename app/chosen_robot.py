@@ -6,11 +6,13 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import viser
 
 from app import archives_panel, robot_panel, transport
 from app.actions import Actions
 from app.arena import Arena
+from app.ground_pointer import GroundPointer
 from app.library import Library
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
@@ -27,6 +29,7 @@ from engine.reader import RunReader
 from engine.records import cell_name
 from engine.replay import Frame, Playable, Replay
 from engine.tasks import get_task
+from engine.trial_choice import FIRST_TRIAL, TrialChoice
 from viz.robot_differences import Entry
 
 
@@ -58,6 +61,7 @@ class ChosenRobot:
         self._actions, self._moved = actions, moved
         guarded = actions.guarded
         self._arena = Arena(client)
+        self._pointer = GroundPointer(client.scene, actions)
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._player = Player(self._show_frame, lambda: self._transport.refresh(), self._may_simulate)
         self._panel = robot_panel.RobotPanel(
@@ -92,6 +96,7 @@ class ChosenRobot:
             self._player,
             transport.Events(
                 trial_chosen=guarded(self.choose_trial),
+                elsewhere=guarded(self.place_target),
                 follow_changed=self._set_follow,
                 marks_changed=self._set_marks,
             ),
@@ -106,6 +111,7 @@ class ChosenRobot:
 
     def clear(self) -> None:
         """Show no robot: another run is about to be shown."""
+        self._pointer.cancel()
         self._player.unload()
         self._stage.clear()
         self._panel.show_no_robot()
@@ -126,10 +132,7 @@ class ChosenRobot:
         archive: str,
         cell: Cell | None,
         number: int,
-        *,
-        target: int = 0,
-        repeat: int = 0,
-        fresh: int = 0,
+        trial: TrialChoice = FIRST_TRIAL,
     ) -> None:
         """Choose the robot of an evaluation and replay a trial of it.
 
@@ -137,9 +140,7 @@ class ChosenRobot:
             archive: it was chosen in.
             cell: of the archive that holds it, None if none does.
             number: of the evaluation.
-            target: of the trial.
-            repeat: of the trial.
-            fresh: number of fresh noise, 0 for the evaluated one.
+            trial: of the robot.
 
         Raises:
             RunFileError: the run has no such evaluation.
@@ -153,7 +154,7 @@ class ChosenRobot:
             reader.generation_of(number),
             tuple(reader.lineage(number)),
         )
-        self._show(target, repeat, fresh)
+        self._show(trial)
 
     def choose_ancestor(self, number: int) -> None:
         """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
@@ -167,31 +168,28 @@ class ChosenRobot:
         self._state.selection = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show(self._state.target, 0, 0)
+        self._show(TrialChoice(target=self._state.trial.target))
 
-    def choose_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
+    def choose_trial(self, trial: TrialChoice) -> None:
         """Replay a trial of the chosen robot, or of what is shown instead of it.
-
-        Args:
-            target: which of the task's targets.
-            repeat: which of the noises that it was evaluated with.
-            fresh: number of fresh noise, 0 for the evaluated one.
 
         Raises:
             InvalidData: there is no such trial.
         """
         chosen = self._state.selection
-        replay = self._stage.replay(target, repeat, fresh)
+        self._pointer.cancel()
+        if self._stage.shows_a_variant:
+            trial = dataclasses.replace(trial, aim=None)
+        replay = self._stage.replay(trial)
         if replay is None and chosen is not None:
-            config = self._reader().config
-            replay = Replay(config, chosen.evaluation, target=target, repeat=repeat, fresh=fresh)
+            replay = Replay.of(self._reader().config, chosen.evaluation, trial)
         if replay is None:
             self._player.unload()
             self._stage.clear()
             self._actions.notify("No robot chosen", NO_ROBOT)
             return
-        self._state.target, self._state.repeat, self._state.fresh = target, repeat, fresh
-        self._transport.select_trial(target, repeat, fresh)
+        self._state.trial = trial
+        self._transport.select_trial(trial)
         self._moved()
         self._player.load(replay)
         self._transport.refresh()
@@ -229,7 +227,28 @@ class ChosenRobot:
             self._player.pause() if self._player.playing else self._player.play()
             self._transport.refresh()
 
-    def _show(self, target: int, repeat: int, fresh: int) -> None:
+    def place_target(self) -> None:
+        """Let the user click on the ground where the target is to be, and replay the robot with it there.
+
+        Raises:
+            InvalidData: it is not one robot of an archive that is shown.
+        """
+        if not isinstance(self._player.replay, Replay):
+            raise InvalidData(
+                "Choose a robot first."
+                if self._player.replay is None
+                else "A target can be placed while one robot of an archive is replayed; go back to it first."
+            )
+        self._pointer.ask(self._aim)
+        self._actions.notify("Where to?", "Click on the ground where the target is to be.")
+
+    def _aim(self, point: np.ndarray) -> None:
+        """Replay the robot with its target at a (2,) point of the ground."""
+        replay = self._player.replay
+        if isinstance(replay, Replay):
+            self.choose_trial(dataclasses.replace(self._state.trial, aim=replay.aim_at(point)))
+
+    def _show(self, trial: TrialChoice) -> None:
         """Show the chosen robot and replay a trial of it."""
         chosen = self._state.selection
         assert chosen is not None
@@ -247,12 +266,11 @@ class ChosenRobot:
                 path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
             )
         )
-        self.choose_trial(target, repeat, fresh)
+        self.choose_trial(trial)
 
     def _play_again(self) -> None:
         """Replay the present trial from its start."""
-        state = self._state
-        self.choose_trial(state.target, state.repeat, state.fresh)
+        self.choose_trial(self._state.trial)
 
     def _may_simulate(self, seconds: float) -> bool:
         try:

@@ -39,7 +39,8 @@ class DumpSession:
             client,
             self._player,
             transport.Events(
-                trial_chosen=lambda _target, _repeat, _fresh: None,
+                trial_chosen=lambda _trial: None,
+                elsewhere=lambda: None,
                 follow_changed=self._set_follow,
                 marks_changed=self._set_marks,
             ),

@@ -96,9 +96,7 @@ class Navigation:
                 cell=None if chosen is None else chosen.own_cell,
                 robot=None if chosen is None else chosen.number,
                 generation=None if state.follow_newest else generation,
-                target=state.target,
-                repeat=state.repeat,
-                fresh=state.fresh,
+                trial=state.trial,
             )
         )
 
@@ -136,11 +134,4 @@ class Navigation:
                     f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
                 )
         if number is not None:
-            self._robot.choose(
-                archive,
-                place.cell,
-                number,
-                target=place.target,
-                repeat=place.repeat,
-                fresh=place.fresh,
-            )
+            self._robot.choose(archive, place.cell, number, place.trial)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
@@ -14,6 +15,7 @@ from app.widgets import put_html
 from engine.errors import InvalidData
 from engine.replay import Replay
 from engine.tasks import get_task
+from engine.trial_choice import TrialChoice
 from viz import robot_differences as differences
 from viz.robot_differences import Entry
 
@@ -72,9 +74,9 @@ class PinsPanel:
         put_html(self._now, "")
         self._show()
 
-    def replay(self, target: int, repeat: int, fresh: int) -> LaneReplay:
+    def replay(self, trial: TrialChoice) -> LaneReplay:
         """Return the replay of the pinned robots; of a run with fewer targets or seeds its last one."""
-        return lane_replay(self._pins, target, repeat, fresh)
+        return lane_replay(self._pins, trial)
 
     def lane_names(self) -> list[str]:
         """Return what the lanes are labelled with."""
@@ -140,14 +142,12 @@ class PinsPanel:
         return next(same, None)
 
 
-def lane_replay(robots: Sequence[Entry], target: int, repeat: int, fresh: int = 0) -> LaneReplay:
+def lane_replay(robots: Sequence[Entry], trial: TrialChoice) -> LaneReplay:
     """Return a replay of robots in step: their trials towards one target with one noise seed.
 
     Args:
         robots: one to four.
-        target: counted from 0; of a run with fewer targets its last one.
-        repeat: which noise seed, the same way.
-        fresh: number of fresh noise, 0 for the evaluated one.
+        trial: of each; of a run with fewer targets or noise seeds its last one.
 
     Raises:
         InvalidData: today's robots do not survive the physics of one's run.
@@ -155,13 +155,8 @@ def lane_replay(robots: Sequence[Entry], target: int, repeat: int, fresh: int = 
     lanes = []
     for robot in robots:
         n_targets, repeats = get_task(robot.config.task).n_targets, robot.config.trials.repeats
-        lanes.append(
-            Replay(
-                robot.config,
-                robot.evaluation,
-                target=min(target, n_targets - 1),
-                repeat=min(repeat, repeats - 1),
-                fresh=fresh,
-            )
+        known = dataclasses.replace(
+            trial, target=min(trial.target, n_targets - 1), repeat=min(trial.repeat, repeats - 1)
         )
+        lanes.append(Replay.of(robot.config, robot.evaluation, known))
     return LaneReplay(lanes)

@@ -61,6 +61,12 @@ def viewing_commands(
             "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(robot.replay_again)
         ),
         Command(
+            "Place the target",
+            "Click on the ground where the robot is to crawl to",
+            icon.TARGET,
+            guarded(robot.place_target),
+        ),
+        Command(
             "Export this robot",
             "Download it as a zip: build sheet, parts, firmware, MJCF",
             icon.DOWNLOAD,

@@ -14,6 +14,7 @@ from app.lanes import LaneReplay
 from app.pins_panel import PinsPanel
 from app.what_if_panel import Events, WhatIfPanel
 from engine.replay import Frame, Playable
+from engine.trial_choice import TrialChoice
 from engine.what_if import WhatIfReplay
 from viz.robot_differences import Entry
 from viz.what_if import describe
@@ -69,7 +70,12 @@ class Stage:
         """
         self._pins.pin_or_unpin()
 
-    def replay(self, target: int, repeat: int, fresh: int) -> Playable | None:
+    @property
+    def shows_a_variant(self) -> bool:
+        """Whether a changed body is played, towards the task's own targets."""
+        return self._what_if.watching and not self._pins.side_by_side
+
+    def replay(self, trial: TrialChoice) -> Playable | None:
         """Return what is to be played of the trial, None for the chosen robot itself.
 
         Raises:
@@ -77,9 +83,9 @@ class Stage:
         """
         if self._pins.side_by_side:
             self._lanes.name(self._pins.lane_names())
-            return self._pins.replay(target, repeat, fresh)
-        if self._what_if.watching:
-            return self._what_if.replay(target)
+            return self._pins.replay(trial)
+        if self.shows_a_variant:
+            return self._what_if.replay(trial.target)
         return None
 
     def show(self, replay: Playable, index: int, frame: Frame) -> bool:

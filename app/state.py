@@ -11,6 +11,7 @@ from engine.evaluation import Evaluation
 from engine.generations import Generation
 from engine.lineage import Ancestor
 from engine.reader import RunReader
+from engine.trial_choice import FIRST_TRIAL, TrialChoice
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -59,8 +60,7 @@ class SessionState:
         follow_newest: whether the maps move on with a live run.
         wanted_generation: where the slider was last.
         selection: the chosen robot.
-        target, repeat: the trial of it that is replayed, both counted from 0.
-        fresh: number of the fresh noise that it is replayed with, 0 for the noise it was evaluated with.
+        trial: of it that is replayed.
         basket: robots that were put aside, of any runs.
     """
 
@@ -70,9 +70,7 @@ class SessionState:
     follow_newest: bool = True
     wanted_generation: int = 0
     selection: Selection | None = None
-    target: int = 0
-    repeat: int = 0
-    fresh: int = 0
+    trial: TrialChoice = FIRST_TRIAL
     basket: tuple[Item, ...] = ()
 
     def begin(self, path: Path, reader: RunReader) -> None:
@@ -80,7 +78,7 @@ class SessionState:
         self.path, self.reader = path, reader
         self.generations, self.follow_newest = [], True
         self.selection = None
-        self.target = self.repeat = self.fresh = 0
+        self.trial = FIRST_TRIAL
 
     @property
     def last(self) -> Generation | None:

@@ -22,6 +22,7 @@ from engine.reader import RunReader
 from engine.records import cell_name
 from engine.replay import Replay
 from engine.table import csv_bytes, elite_table
+from engine.trial_choice import TrialChoice
 from engine.zip_file import zip_bytes
 
 log = logging.getLogger(__name__)
@@ -144,11 +145,9 @@ class Takeaway:
         reader, chosen = self._chosen()
         state, moment, run = self._state, self._moment(), reader.path.stem
         # one of its own: what is played may be cancelled at any time
-        replay = Replay(
-            reader.config, chosen.evaluation, target=state.target, repeat=state.repeat, fresh=state.fresh
-        )
+        replay = Replay.of(reader.config, chosen.evaluation, state.trial)
         where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
-        name = f"{run}_robot_{chosen.number}_target_{state.target + 1}.{kind}"
+        name = f"{run}_robot_{chosen.number}_{_file_part(state.trial)}.{kind}"
 
         def make(progress: Progress) -> File:
             content = recording(
@@ -216,3 +215,10 @@ class Takeaway:
         if self._state.selection is None:
             raise InvalidData(NO_ROBOT)
         return self._reader(), self._state.selection
+
+
+def _file_part(trial: TrialChoice) -> str:
+    """Return what the name of a recording says of its target."""
+    if trial.aim is None:
+        return f"target_{trial.target + 1}"
+    return f"target_at_{trial.aim.bearing}_degrees_{trial.aim.distance}_cm"

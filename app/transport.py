@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
-import html
 import math
 import secrets
 from collections.abc import Callable, Sequence
 
-import numpy as np
 import viser
 
 from app.marks import Marks
-from app.player import Player, current_frame
+from app.player import Player
+from app.replay_line import describe
+from app.transport_layout import MIN_WIDTH, WIDTH, layout
 from app.widgets import put
-from engine.dump_replay import DumpReplay
-from engine.replay import MAX_FRESH, Replay
-from engine.tasks import get_task, remaining_distance
-from engine.what_if import WhatIfReplay
+from engine.replay import MAX_FRESH
+from engine.trial_choice import FIRST_TRIAL, TrialChoice
 from viz import tension_legend
 from viz.robot_geometry import full_tension
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
-WIDTH = 760
-MIN_WIDTH = 420
 MARGIN = 20
 EXTENSION = 20.0
 FRESH = "fresh"
+ELSEWHERE = "elsewhere…"
 DRAWN_FROM = 9999
 """Fresh noise that is drawn has a number up to this; any other can be typed."""
 NOTHING = "Click a filled cell of a map to watch its robot."
@@ -45,8 +42,9 @@ MARK_HINTS = {
 class Events:
     """What the panel reports."""
 
-    trial_chosen: Callable[[int, int, int], None]
-    """Called with the target, the repeat whose noise it is, and the number of fresh noise or 0."""
+    trial_chosen: Callable[[TrialChoice], None]
+    elsewhere: Callable[[], None]
+    """Called when the user wants to place the target."""
     follow_changed: Callable[[bool], None]
     marks_changed: Callable[[Marks], None]
 
@@ -71,10 +69,11 @@ class TransportPanel:
         self._step = step
         self._events = events
         self._targets: tuple[str, ...] = ()
+        self._trial = FIRST_TRIAL
         width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
-            gui.add_html(_layout(width))
+            gui.add_html(layout(width))
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
             self._slider = gui.add_slider(
                 "Time",
@@ -87,7 +86,11 @@ class TransportPanel:
             self._more = gui.add_button(
                 f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
             )
-            self._target = gui.add_dropdown("Target", ("-",), hint="Which target it crawls to")
+            self._target = gui.add_dropdown(
+                "Target",
+                ("-",),
+                hint="Which target it crawls to; elsewhere: click on the ground where it is to be",
+            )
             self._noise = gui.add_dropdown(
                 "Noise",
                 ("exact 1", FRESH),
@@ -176,8 +179,7 @@ class TransportPanel:
     def set_trials(self, targets: Sequence[str], repeats: int) -> None:
         """Offer the trials of a run, towards targets with names."""
         self._targets = tuple(f"{k + 1}: {name}" for k, name in enumerate(targets))
-        if tuple(self._target.options) != self._targets:
-            self._target.options = self._targets
+        self._offer_targets()
         noises = (*(_exact(k) for k in range(repeats)), FRESH)
         if tuple(self._noise.options) != noises:
             self._noise.options = noises
@@ -193,20 +195,41 @@ class TransportPanel:
         put(self._speed, speed)
         self._player.speed = SPEEDS[speed]
 
-    def select_trial(self, target: int, repeat: int, fresh: int = 0) -> None:
-        """Show which trial is played; ``fresh`` is the number of its noise, 0 for the evaluated one."""
-        put(self._target, self._targets[target])
-        put(self._noise, FRESH if fresh else _exact(repeat))
-        if fresh:
-            put(self._fresh, fresh)
-        self._fresh.disabled = not fresh
+    def select_trial(self, trial: TrialChoice) -> None:
+        """Show which trial is played."""
+        self._trial = trial
+        self._offer_targets()
+        self._select_target()
+        put(self._noise, FRESH if trial.fresh else _exact(trial.repeat))
+        if trial.fresh:
+            put(self._fresh, trial.fresh)
+        self._fresh.disabled = not trial.fresh
+
+    def _offer_targets(self) -> None:
+        """Offer the targets of the task, the one that was placed, if any, and to place one."""
+        aim = self._trial.aim
+        offered = (*self._targets, *(() if aim is None else (aim.name,)), ELSEWHERE)
+        if tuple(self._target.options) != offered:
+            self._target.options = offered
+
+    def _select_target(self) -> None:
+        trial = self._trial
+        put(self._target, self._targets[trial.target] if trial.aim is None else trial.aim.name)
 
     def _choose(self, *, fresh: bool = False, draw: bool = False) -> None:
         """Report the trial that the widgets say; what is no choice on offer is dropped."""
-        noises = tuple(self._noise.options)
-        if self._target.value not in self._targets or self._noise.value not in noises:
+        noises, name, trial = tuple(self._noise.options), self._target.value, self._trial
+        if name == ELSEWHERE:
+            self._select_target()
+            self._events.elsewhere()
             return
-        target, repeat = self._targets.index(self._target.value), noises.index(self._noise.value)
+        if name in self._targets:
+            trial = TrialChoice(target=self._targets.index(name))
+        elif trial.aim is None or name != trial.aim.name:
+            return
+        if self._noise.value not in noises:
+            return
+        repeat = noises.index(self._noise.value)
         number = 0
         if fresh or self._noise.value == FRESH:
             repeat = 0
@@ -215,7 +238,7 @@ class TransportPanel:
             if not isinstance(number, int | float) or not math.isfinite(number):
                 return
             number = int(min(max(number, 1), MAX_FRESH))
-        self._events.trial_chosen(target, repeat, number)
+        self._events.trial_chosen(dataclasses.replace(trial, repeat=repeat, fresh=number))
 
     def refresh(self) -> None:
         """Show where the player is."""
@@ -246,52 +269,6 @@ class TransportPanel:
             self.refresh()
 
 
-def describe(player: Player) -> str:
-    """Return one line about the moment that a player shows."""
-    replay = player.replay
-    if replay is None:
-        return ""
-    moment = player.time
-    if isinstance(replay, DumpReplay):
-        return _describe_dump(replay, moment)
-    if replay.failure:
-        return f"The simulation failed: {replay.failure}"
-    if moment < 0:
-        return f"{moment:.1f} s · the robot settles, its servos off"
-    parts = [f"{moment:.1f} s"]
-    frame = current_frame(player)
-    if replay.target is not None and frame is not None:
-        gap = float(np.linalg.norm(frame.head - replay.target))
-        parts.append(f"head {100 * gap:.1f} cm from the target")
-    if isinstance(replay, WhatIfReplay):
-        parts.insert(0, "what if, a robot of no archive")
-    if not isinstance(replay, Replay):
-        return " · ".join(parts)
-    if replay.fresh:
-        parts.insert(1, f"fresh noise {replay.fresh}")
-    if replay.score is not None:
-        stored = float(replay.evaluation.distances[replay.target_index, replay.repeat])
-        if replay.fresh:
-            same = f"with the evaluated noise {100 * stored:.2f} cm"
-        elif replay.score == stored:
-            same = "exactly as evaluated"
-        else:
-            same = f"evaluated elsewhere as {100 * stored:.2f} cm"
-        what = "" if get_task(replay.config.task).score is remaining_distance else "scores "
-        parts.append(f"{what}{100 * replay.score:.2f} cm at {replay.trial_time:.0f} s, {same}")
-    elif replay.frames and replay.frames[-1].time < replay.trial_time - 0.1:
-        parts.append(f"simulated to {max(replay.frames[-1].time, 0):.0f} s")
-    return " · ".join(parts)
-
-
-def _describe_dump(replay: DumpReplay, moment: float) -> str:
-    parts = [f"{abs(min(moment, 0.0)):.2f} s before the simulation was stopped"]
-    if replay.reproduced is False:
-        simulated = replay.dump.versions.get("mujoco", "?")
-        parts.append(f"it does not fail here; what failed was simulated with MuJoCo {html.escape(simulated)}")
-    return " · ".join(parts)
-
-
 def _exact(repeat: int) -> str:
     return f"exact {repeat + 1}"
 
@@ -300,40 +277,4 @@ def _text(line: str, legend: str = "") -> str:
     return (
         '<div style="font-size:12.5px;opacity:.85;padding:4px 10px 6px;display:flex;flex-wrap:wrap;'
         f'justify-content:space-between;gap:0 12px"><span class="ta-replay">{line}</span>{legend}</div>'
-    )
-
-
-_WIDE = (6, 28, 6, 12, 8, 6, 6, 8, 4, 6, 6, 6, 6, 6, 6)
-_NARROW = (10, 22, 8, 11, 9, 6, 8, 6, 0, 7, 8, 7, 5, 7, 6)
-"""Fortieths of the panel's width that the widgets take, in their order; 0 for what there is no room for."""
-_UNLABELLED = range(5, 10)
-"""Children of a narrow panel that do without their label: what they show says what it is."""
-
-
-def _layout(width: int) -> str:
-    """Return a style that puts the widgets in rows; on a phone the panel is as wide as the window."""
-    panel = "div:has(> div > .ta-transport)"
-
-    def rows(spans: tuple[int, ...]) -> str:
-        return "".join(
-            f"{panel} > :nth-child({k}) {{ {f'grid-column: span {span}' if span else 'display: none'}; }}"
-            for k, span in enumerate(spans, start=2)
-        )
-
-    labels = ", ".join(f"{panel} > :nth-child({k}) > div > div:has(label)" for k in _UNLABELLED)
-    narrow = (
-        f"{rows(_NARROW)} {labels} {{ display: none; }}"
-        f"{panel} > * > div, {panel} button"
-        " { padding-left: 4px !important; padding-right: 4px !important; }"
-        f"{panel} > :nth-child(n+11) label {{ font-size: 12px !important; }}"
-    )
-    return (
-        '<style class="ta-transport">'
-        f"{panel} {{ display: grid; grid-template-columns: repeat(40, 1fr); align-items: center;"
-        " row-gap: 2px; padding: 8px 4px 2px; }"
-        f"{panel} > * {{ grid-column: span 40; padding-bottom: 0 !important; min-width: 0; }}"
-        f"{panel} > :nth-child(1) {{ display: none; }}{rows(_WIDE) if width >= WIDTH else narrow}"
-        f"{panel} > :nth-child(3) {{ padding-top: 6px; }}"
-        f"{panel} > * > div > div:has(label) {{ width: auto !important; }}"
-        f"@media (max-width: 700px) {{{narrow}}}</style>"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import threading
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import Final, Protocol, Self
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
 from engine.timestep import check_timestep
+from engine.trial_choice import Aim, TrialChoice
 from engine.walls import Wall
 
 UPDATES_PER_FRAME: Final = 2
@@ -141,6 +142,7 @@ def repeat_trial(
     target: int,
     repeat: int,
     fresh: int = 0,
+    aim: Aim | None = None,
     observer: Observer | None = None,
 ) -> ClosedLoop:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
@@ -151,17 +153,19 @@ def repeat_trial(
         target: which of the task's targets.
         repeat: which of its noise seeds.
         fresh: 0 for the noise that it was evaluated with; any other number draws noise of its own.
+        aim: where the target is instead of where the task has it.
         observer: sees the robot settle.
     """
     solution, task, physics = evaluation.solution, get_task(config.task), config.physics
     number = fresh_number(solution.number, fresh)
     robots = build_robots([solution.morphology], physics)
+    offset = target_offsets(task)[target] if aim is None else aim.offset
     return ClosedLoop(
         settle(robots, physics=physics, duration=config.trials.settle_time, observer=observer),
         robots,
         heads=[Head.of(solution.morphology, evaluation.head_is_end)],
         controllers=[solution.controller],
-        targets=target_offsets(task)[None, target, None],
+        targets=offset[None, None],
         seeds=[[noise_seed(config.seed, number, target, repeat)]],
         task=task,
         physics=physics,
@@ -179,6 +183,7 @@ class Replay:
         evaluation: what to replay.
         target, repeat: which of its trials.
         fresh: 0 for the noise that it was evaluated with; 1 to ``MAX_FRESH`` each draws noise of its own.
+        aim: where the target is instead of where the task has it; walls and noise stay those of ``target``.
 
     Raises:
         InvalidData: there is no such target, repeat or noise, or today's robots do not survive the run's
@@ -186,7 +191,14 @@ class Replay:
     """
 
     def __init__(
-        self, config: RunConfig, evaluation: Evaluation, *, target: int = 0, repeat: int = 0, fresh: int = 0
+        self,
+        config: RunConfig,
+        evaluation: Evaluation,
+        *,
+        target: int = 0,
+        repeat: int = 0,
+        fresh: int = 0,
+        aim: Aim | None = None,
     ) -> None:
         task = get_task(config.task)
         if not 0 <= target < task.n_targets:
@@ -201,6 +213,7 @@ class Replay:
         self.target_index = target
         self.repeat = repeat
         self.fresh = fresh
+        self.aim = aim
         self.frames: list[Frame] = []
         self.target: np.ndarray | None = None
         """(2,) the target in the world, in m, once the robot has settled."""
@@ -214,10 +227,42 @@ class Replay:
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
 
+    @classmethod
+    def of(cls, config: RunConfig, evaluation: Evaluation, trial: TrialChoice) -> Self:
+        """Return the replay of a trial.
+
+        Raises:
+            InvalidData: as the constructor does.
+        """
+        return cls(
+            config,
+            evaluation,
+            target=trial.target,
+            repeat=trial.repeat,
+            fresh=trial.fresh,
+            aim=trial.aim,
+        )
+
     @property
     def morphology(self) -> Morphology:
         """The robot's body."""
         return self.evaluation.solution.morphology
+
+    @property
+    def target_name(self) -> str:
+        """What people call the target."""
+        task = get_task(self.config.task)
+        return task.target_names[self.target_index] if self.aim is None else self.aim.name
+
+    def aim_at(self, point: np.ndarray) -> Aim:
+        """Return the aim at a (2,) point in the world, in m.
+
+        Raises:
+            InvalidData: it is too near or too far, or the robot has not settled yet.
+        """
+        if self._loop is None:
+            raise InvalidData("the robot has not settled yet; try again in a moment")
+        return Aim.at(self._loop.from_world(point))
 
     @property
     def start_time(self) -> float:
@@ -281,6 +326,7 @@ class Replay:
             target=self.target_index,
             repeat=self.repeat,
             fresh=self.fresh,
+            aim=self.aim,
             observer=self._observe,
         )
         # whoever draws takes the target as the sign that the world is complete

@@ -212,6 +212,10 @@ class ClosedLoop:
         front, _ = self._sensor.faces(self.sim)
         return self._frame.from_world(front)
 
+    def from_world(self, point: np.ndarray) -> np.ndarray:
+        """Return where a (2,) point of the world is in the first settled head's frame, in m."""
+        return self._frame.from_world(point[None, None])[0, 0]
+
     def view(self) -> View:
         """Return what the task gets to see now."""
         front, rear = self._sensor.faces(self.sim)

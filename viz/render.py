@@ -19,7 +19,6 @@ from engine import tensegrity as t
 from engine.errors import ExportError
 from engine.interpolation import frame_at
 from engine.replay import Replay
-from engine.tasks import get_task
 from viz import theme
 from viz.camera import NEAR, Camera
 from viz.painting import Look, Part, draw_ball, draw_rod, mix, rod_ends, shade, wall_faces
@@ -274,9 +273,8 @@ class Renderer:
 
     def _describe(self) -> str:
         replay = self._replay
-        target = get_task(replay.config.task).target_names[replay.target_index]
         n = replay.morphology.n_modules
-        return f"robot {replay.evaluation.solution.number} · {n} modules · target {target}"
+        return f"robot {replay.evaluation.solution.number} · {n} modules · target {replay.target_name}"
 
     def _write(self, image: Image.Image, moment: float) -> None:
         draw = ImageDraw.Draw(image)

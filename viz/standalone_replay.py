@@ -144,9 +144,9 @@ def _facts(replay: Replay) -> dict[str, object]:
 def _trial(replay: Replay) -> str:
     """Say which trial it is and how it ended."""
     task = get_task(replay.config.task)
-    target = task.target_names[replay.target_index]
     score = "" if replay.score is None else f" · {task.score_name} {100 * replay.score:.2f} cm"
-    return f"Target {target} · noise seed {replay.repeat + 1}{score}"
+    noise = f"fresh noise {replay.fresh}" if replay.fresh else f"noise seed {replay.repeat + 1}"
+    return f"Target {replay.target_name} · {noise}{score}"
 
 
 def _data(name: str) -> str:

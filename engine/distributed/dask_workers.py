@@ -25,7 +25,7 @@ CONNECT_TIMEOUT: Final = 20.0
 REFRESH: Final = 2.0
 """Seconds after which the threads of the workers are counted again."""
 FETCH_TIMEOUT: Final = 60.0
-"""Seconds in which a result must arrive once it is there."""
+"""Seconds in which a result must arrive once it is there, from a worker that is."""
 LOST: Final = Died("a worker of the Dask cluster was lost with it")
 _POLL: Final = 0.01
 EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[cluster]'"
@@ -139,12 +139,25 @@ class DaskWorkers:
         if flight is None:  # given up since
             return None
         try:
-            # a result stays on its worker until it is fetched, and may be lost with it
-            return flight.solution, future.result(timeout=FETCH_TIMEOUT)
+            return flight.solution, self._fetch(flight)
         except (self._dask.KilledWorker, TimeoutError):
             return flight.solution, LOST
         finally:
             future.release()
+
+    def _fetch(self, flight: _Flight) -> Result:
+        """Return a result, which stays on its worker until it is fetched and may be lost with it.
+
+        Raises:
+            TimeoutError: it does not arrive, or its worker has gone.
+        """
+        deadline = time.monotonic() + FETCH_TIMEOUT
+        while True:
+            try:
+                return flight.future.result(timeout=REFRESH)
+            except TimeoutError:
+                if flight.worker not in self._client.nthreads() or time.monotonic() >= deadline:
+                    raise
 
     @contextlib.contextmanager
     def _reachable(self) -> Iterator[None]:

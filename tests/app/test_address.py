@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.address import Place, find_run, run_name
+from engine.trial_choice import Aim, TrialChoice
 
 PATHS = [Path("/a/one.tsmr"), Path("/a/two.tsmr"), Path("/b/two.tsmr"), Path("/b/my run.v2.tsmr")]
 number = st.none() | st.integers(0, 10**9 - 1)
@@ -17,9 +18,13 @@ places = st.builds(
     cell=st.none() | st.lists(st.integers(0, 999), min_size=1, max_size=6).map(tuple),
     robot=number,
     generation=number,
-    target=st.integers(0, 9),
-    repeat=st.integers(0, 9),
-    fresh=st.integers(0, 99),
+    trial=st.builds(
+        TrialChoice,
+        target=st.integers(0, 9),
+        repeat=st.integers(0, 9),
+        fresh=st.integers(0, 99),
+        aim=st.none() | st.builds(Aim, st.integers(-180, 180), st.integers(5, 300)),
+    ),
 )
 
 
@@ -30,23 +35,24 @@ def test_an_address_brings_back_the_place_that_it_was_made_of(place: Place) -> N
 
 def test_what_people_write_is_read() -> None:
     place = Place.parse("?run=saved/a%20b&archive=morphology&cell=3,7&target=2&seed=1&utm=x")
-    assert place == Place(run="saved/a b", archive="morphology", cell=(3, 7), target=1)
+    assert place == Place(run="saved/a b", archive="morphology", cell=(3, 7), trial=TrialChoice(target=1))
+    assert Place.parse("?run=a&aim=-30,62") == Place(run="a", trial=TrialChoice(aim=Aim(-30, 62)))
     assert place.query() == "?run=saved/a+b&archive=morphology&cell=3,7&target=2"
     assert Place().query() == ""
 
 
 @given(st.text(max_size=200))
 def test_anything_else_is_left_out(text: str) -> None:
-    for key in ("cell", "robot", "generation", "target", "seed", "archive"):
+    for key in ("cell", "robot", "generation", "target", "seed", "aim", "archive"):
         place = Place.parse(f"?{key}={text}")
         assert place.run is None
         assert place.cell is None or all(0 <= i < 1000 for i in place.cell)
-        assert place.target >= 0
+        assert place.trial.target >= 0
     Place.parse(text)
 
 
 @pytest.mark.parametrize(
-    "text", ["cell=-1,2", "cell=1,,2", "cell=1e3", "robot=-1", "target=0", "archive=../x"]
+    "text", ["cell=-1,2", "cell=1,,2", "cell=1e3", "robot=-1", "target=0", "aim=9", "aim=0,4", "archive=../x"]
 )
 def test_impossible_values_are_left_out(text: str) -> None:
     assert Place.parse(text) == Place()

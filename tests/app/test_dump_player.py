@@ -15,7 +15,7 @@ from exploded import evolve
 from app import explore
 from app.cli import main
 from app.player import Player, current_frame
-from app.transport import describe
+from app.replay_line import describe
 from engine.dump import Dump, read_dump
 from engine.dump_replay import DumpReplay
 from engine.robot import Physics

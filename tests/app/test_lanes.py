@@ -18,6 +18,7 @@ from app.pins_panel import lane_replay
 from app.player import Player
 from engine.evaluation import Evaluation
 from engine.reader import RunReader
+from engine.trial_choice import TrialChoice
 from viz.robot_differences import Entry, render, render_distances, render_pins, rows
 
 finite = st.floats(-2.0, 2.0)
@@ -46,7 +47,7 @@ def test_seen_from_the_start_the_target_lies_ahead(x, y, yaw, distance):
 
 
 def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> None:
-    replay = lane_replay([entry(small_reader, n) for n in (2, 3, 4)], 1, 0)
+    replay = lane_replay([entry(small_reader, n) for n in (2, 3, 4)], TrialChoice(target=1))
     assert len(replay.frames) == 0
     shown: list[tuple[float, int]] = []
     player = Player(lambda _r, i, f: shown.append((f.time, i)), lambda: None)
@@ -77,7 +78,7 @@ def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> Non
 
 
 def test_trials_that_one_run_has_not_are_its_last(small_reader: RunReader) -> None:
-    replay = lane_replay([entry(small_reader, 2)], 99, 5)
+    replay = lane_replay([entry(small_reader, 2)], TrialChoice(target=99, repeat=5))
     assert (replay.lanes[0].target_index, replay.lanes[0].repeat) == (3, 0)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from app.player import Player, current_frame
-from app.transport import describe
+from app.replay_line import describe
 from engine.errors import InvalidData
 from engine.reader import RunReader
 from engine.replay import Frame, Replay

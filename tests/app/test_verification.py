@@ -29,14 +29,14 @@ def test_a_table_for_people(small_run: Path, cell: str, capsys: pytest.CaptureFi
 
 
 def test_json_with_another_physics(small_run: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
-    extra = "--inertia-scale 1 --timestep-factor 0.5 --seeds 2 --json --workers 2".split()
+    extra = "--inertia-scale 5 --timestep-factor 0.5 --seeds 2 --json --workers 2".split()
     main(["verify", str(small_run), "--archive", "controller", "--cell", cell, *extra])
     facts = json.loads(capsys.readouterr().out)
     assert facts["identical"] is True
     assert facts["recorded"]["f_s_cm"] == pytest.approx(45.0 - 100.0 * facts["recorded"]["fitness_m"])
     assert facts["own"]["recorded_noise"]["distances_m"] == facts["recorded"]["distances_m"]
     physics = facts["changed"]["physics"]
-    assert physics["inertia_scale"] == 1.0
+    assert physics["inertia_scale"] == 5.0
     assert physics["timestep"] < facts["own"]["physics"]["timestep"] / 2
     assert len(facts["changed"]["fresh_noise"]) == 2
     assert facts["changed"]["motion"]["height_m"] > 0.0

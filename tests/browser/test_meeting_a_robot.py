@@ -14,6 +14,7 @@ from widgets import choose, field_of
 from app.explore import serve
 from engine.reader import RunReader
 from engine.replay import Replay
+from engine.trial_choice import Aim
 from viz.network_diagram import NetworkDiagram
 from viz.servo_plot import page_of, position
 
@@ -103,6 +104,25 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         expect(page).to_have_url(re.compile("fresh="))
         choose(page, "Noise", "exact 1")
         expect(said).to_contain_text("exactly as evaluated")
+
+        # a target of one's own: where the ground is clicked
+        choose(page, "Target", "elsewhere…")
+        expect(page.get_by_text("Click on the ground")).to_be_visible()
+        page.mouse.click(700, 300)
+        expect(said).to_contain_text(re.compile(r"a target of your own .* cm at 2 s, never evaluated"))
+        expect(page).to_have_url(re.compile(r"aim=-?\d+,\d+"))
+        bearing, distance = map(int, re.findall(r"aim=(-?\d+),(\d+)", page.url)[0])
+        aim = Aim(bearing, distance)
+        expect(field_of(page, "Target")).to_have_value(aim.name)
+        own = Replay(small_reader.config, evaluation, aim=aim)
+        own.advance(own.trial_time)
+        assert own.score is not None
+        expect(said).to_contain_text(f"{100 * own.score:.2f} cm at 2 s")
+        # a click that nobody asked for does nothing, and the task's targets are there again
+        page.mouse.click(640, 250)
+        choose(page, "Target", "1: 90° left")
+        expect(said).to_contain_text("exactly as evaluated")
+        expect(page).not_to_have_url(re.compile("aim="))
 
         # an ancestor, elite or not, takes the stage; the line stays to step through
         page.get_by_role("tab", name="Lineage").click()

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -10,11 +13,12 @@ from engine.network import Network
 from engine.reader import RunReader
 from engine.replay import MAX_FRESH, Replay, repeat_trial
 from engine.robot import build_robot
+from engine.trial_choice import Aim, TrialChoice
 
 NUMBER = 2
 
 
-def replayed(reader: RunReader, **trial: int) -> Replay:
+def replayed(reader: RunReader, **trial: Any) -> Replay:
     replay = Replay(reader.config, reader.evaluation(NUMBER), **trial)
     replay.advance(replay.trial_time)
     return replay
@@ -84,3 +88,36 @@ def test_fresh_noise_can_be_had_again_and_differs_from_the_evaluated(small_reade
 def test_fresh_noise_out_of_range_is_refused(small_reader: RunReader, fresh: int) -> None:
     with pytest.raises(InvalidData, match="fresh noise"):
         Replay(small_reader.config, small_reader.evaluation(NUMBER), fresh=fresh)
+
+
+def test_a_target_where_the_task_has_one_changes_nothing(small_reader: RunReader) -> None:
+    # goal reaching's first target
+    aimed = replayed(small_reader, aim=Aim(90, 45))
+    assert aimed.score == pytest.approx(aimed.evaluation.distances[0, 0], abs=1e-9)
+    assert aimed.target_name == "90° left, 45 cm"
+    assert aimed.target is not None
+    assert aimed.aim_at(aimed.target) == Aim(90, 45)
+
+
+def test_a_target_of_ones_own_is_where_it_was_placed_and_is_what_the_controller_senses(
+    small_reader: RunReader,
+) -> None:
+    evaluation = small_reader.evaluation(NUMBER)
+    own = Replay.of(small_reader.config, evaluation, TrialChoice(target=3, aim=Aim(-135, 80)))
+    own.advance(own.trial_time)
+    usual = replayed(small_reader, target=3)
+    first = next(f for f in own.frames if f.sensed is not None)
+    # centimetres and radians; the robot has hardly moved
+    assert first.sensed == pytest.approx([80.0, math.radians(-135)], abs=0.5)
+    start = next(f for f in own.frames if abs(f.time) < 1e-6)
+    assert own.target is not None
+    assert np.linalg.norm(own.target - start.head) == pytest.approx(0.8, abs=1e-6)
+    way, known = own.target - start.head, usual.target - start.head
+    turn = math.atan2(known[0] * way[1] - known[1] * way[0], known @ way)
+    assert math.degrees(turn) == pytest.approx(-135 + 90, abs=1e-3)
+    assert own.score == pytest.approx(np.linalg.norm(own.target - own.frames[-1].head), abs=1e-6)
+
+
+def test_before_the_robot_has_settled_no_target_can_be_placed(small_reader: RunReader) -> None:
+    with pytest.raises(InvalidData, match="not settled yet"):
+        Replay(small_reader.config, small_reader.evaluation(NUMBER)).aim_at(np.zeros(2))
