@@ -18,6 +18,7 @@ from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.map_board import MapBoard
 from app.marks import Marks
 from app.player import Player
+from app.scene_camera import SceneCamera
 from app.stage import Stage
 from app.state import Selection, SessionState
 from app.takeaway import NO_ROBOT, Takeaway
@@ -27,7 +28,7 @@ from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.replay import Frame, Playable, Replay
+from engine.replay import Playable, Replay
 from engine.tasks import get_task
 from engine.trial_choice import FIRST_TRIAL, TrialChoice
 from viz.robot_differences import Entry
@@ -60,10 +61,11 @@ class ChosenRobot:
         self._state, self._library, self._board = state, library, board
         self._actions, self._moved = actions, moved
         guarded = actions.guarded
-        self._arena = Arena(client)
+        camera = SceneCamera(client)
+        self._arena = Arena(client, camera)
         self._pointer = GroundPointer(client.scene, actions)
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
-        self._player = Player(self._show_frame, lambda: self._transport.refresh(), self._may_simulate)
+        self._player = Player(self._show_moment, lambda: self._transport.refresh(), self._may_simulate)
         self._panel = robot_panel.RobotPanel(
             client,
             actions,
@@ -86,6 +88,7 @@ class ChosenRobot:
         self._stage = Stage(
             client,
             self._arena,
+            camera,
             self._panel.tabs,
             actions,
             play=self._play_again,
@@ -224,7 +227,7 @@ class ChosenRobot:
     def toggle_replay(self) -> None:
         """Play or pause the replay, if there is one."""
         if self._player.replay is not None:
-            self._player.pause() if self._player.playing else self._player.play()
+            self._player.toggle()
             self._transport.refresh()
 
     def place_target(self) -> None:
@@ -283,9 +286,9 @@ class ChosenRobot:
     def _reader(self) -> RunReader:
         return self._library.shown(self._state.path)
 
-    def _show_frame(self, replay: Playable, index: int, frame: Frame) -> None:
+    def _show_moment(self, replay: Playable, index: int, moment: float) -> None:
         if replay is self._player.replay:
-            if self._stage.show(replay, index, frame):
+            if self._stage.show(replay, index, moment):
                 self._panel.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 

@@ -9,9 +9,10 @@ from app.arena import Arena
 from app.marks import Marks
 from app.player import Player
 from app.robot_panel import WIDTH, dock
+from app.scene_camera import SceneCamera
 from engine.dump import Dump
 from engine.dump_replay import DumpReplay
-from engine.replay import Frame, Playable
+from engine.replay import Playable
 from viz import robot_card
 
 SLIDER_STEP = 0.01
@@ -33,8 +34,8 @@ class DumpSession:
         dock(gui)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
-        self._arena = Arena(client)
-        self._player = Player(self._show_frame, lambda: self._transport.refresh())
+        self._arena = Arena(client, SceneCamera(client))
+        self._player = Player(self._show_moment, lambda: self._transport.refresh())
         self._transport = transport.TransportPanel(
             client,
             self._player,
@@ -55,8 +56,8 @@ class DumpSession:
         """End the threads of a browser that has gone."""
         self._player.close()
 
-    def _show_frame(self, replay: Playable, index: int, frame: Frame) -> None:
-        self._arena.show(replay, index, frame)
+    def _show_moment(self, replay: Playable, index: int, moment: float) -> None:
+        self._arena.show(replay, index, moment)
         self._transport.tick()
 
     def _set_follow(self, follow: bool) -> None:

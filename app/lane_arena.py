@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import threading
 from collections.abc import Callable, Sequence
 
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from app.lanes import LaneReplay, Start
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
-from engine.interpolation import frame_at
+from app.scene_camera import SceneCamera
 from engine.replay import Replay
 from engine.walls import Wall
 from viz import theme
@@ -24,7 +25,9 @@ REACH = 0.9
 """Metres to the sides of a lane's middle that walls may make it wider by; the rest of them overlaps."""
 LINE_HEIGHT = 0.001
 EYE = np.array([-0.75, -0.12, 0.9])
-"""Where the camera is relative to a size of 1 m: behind the start, a little aside."""
+"""Direction to the camera: behind the start, a little aside."""
+NAME_ROOM = 0.18
+"""Metres behind the robots for the names of the lanes."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -91,17 +94,17 @@ class LaneArena:
 
     Args:
         client: whose scene it is.
-        look_at: places the camera: a point of the ground, a size and a direction.
+        camera: of it.
         marks: returns which marks a frame has.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        look_at: Callable[[np.ndarray, float, np.ndarray], None],
+        camera: SceneCamera,
         marks: Callable[[], Marks],
     ) -> None:
-        self._client, self._look_at, self._marks = client, look_at, marks
+        self._client, self._camera, self._marks = client, camera, marks
         self._mutex = threading.Lock()
         self._replay: LaneReplay | None = None
         self._names: Sequence[str] = ()
@@ -118,15 +121,14 @@ class LaneArena:
         with self._mutex:
             if replay is not self._replay:
                 self._begin(replay)
-            marks, facing = self._marks(), self._facing()
+            marks, facing = self._marks(), self._camera.facing
             indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
-            frames = [frame_at(d.replay, moment) for d in self._drawings]
-            drawings = [d.compute(f, marks) for d, f in zip(self._drawings, frames, strict=True)]
+            drawings = [d.compute(moment, marks) for d in self._drawings]
             with self._client.atomic():
-                for robot, lane, i, frame, drawing in zip(
-                    self._drawings, self._lanes, indices, frames, drawings, strict=True
+                for robot, lane, i, drawing in zip(
+                    self._drawings, self._lanes, indices, drawings, strict=True
                 ):
-                    robot.show(i, frame, drawing, marks, lane.turn.inv().apply(facing))
+                    robot.show(i, drawing, marks, lane.turn.inv().apply(facing))
 
     def clear(self) -> None:
         """Remove all lanes."""
@@ -155,7 +157,7 @@ class LaneArena:
                     position=lane.position,
                 )
             )
-            drawing = RobotDrawing(scene, robot, robot.frames[0], prefix=f"/lanes/{k}", trail=theme.LANES[k])
+            drawing = RobotDrawing(scene, robot, prefix=f"/lanes/{k}", trail=theme.LANES[k])
             drawing.place_world()
             self._drawings.append(drawing)
             name = self._names[k] if k < len(self._names) else str(k + 1)
@@ -170,12 +172,8 @@ class LaneArena:
         if self._lanes:
             self._draw_lines()
             back, ahead = min(n.back for n in self._lanes), max(n.start.distance for n in self._lanes)
-            width = self._lanes[0].left - self._lanes[-1].right
-            self._look_at(
-                np.array([(back + ahead) / 2 - 0.03 * width, 0.0]),
-                0.6 * max(ahead - back + 0.2, width) + 0.2,
-                EYE,
-            )
+            ends = (back - NAME_ROOM, ahead + 0.1), (self._lanes[-1].right, self._lanes[0].left), (0.0, 0.1)
+            self._camera.show(np.array(list(itertools.product(*ends))), EYE)
         self._replay = replay
 
     def _draw_lines(self) -> None:
@@ -190,8 +188,3 @@ class LaneArena:
         self._handles.append(
             self._client.scene.add_line_segments("/lanes/lines", points, theme.LANE_LINE, thickness=0.002)
         )
-
-    def _facing(self) -> np.ndarray:
-        """Return the (2, 3) directions in the scene that are right and up on the screen."""
-        turn = Rotation.from_quat(np.asarray(self._client.camera.wxyz), scalar_first=True)
-        return turn.apply([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

@@ -10,7 +10,7 @@ import dataclasses
 import numpy as np
 import viser
 
-from engine.replay import Frame, Playable
+from engine.replay import Playable
 from viz import theme
 from viz.strokes import NumberStrokes
 
@@ -91,16 +91,16 @@ class MarkLayer:
         for handle in (self._numbers, self._trail, self._contacts):
             handle.remove()
 
-    def show(self, index: int, frame: Frame, marks: Marks, facing: np.ndarray) -> None:
+    def show(self, index: int, centres: np.ndarray, marks: Marks, facing: np.ndarray) -> None:
         """Draw the marks of a frame.
 
         Args:
             index: of the recorded frame that is nearest.
-            frame: to draw.
+            centres: (modules, 3) of the modules, in m.
             marks: which ones.
             facing: (2, 3) directions in the world that are right and up on the screen.
         """
-        trail, contacts = self._path(index), frame.contacts
+        trail, contacts = self._path(index), self._replay.frames[index].contacts
         _see(self._trail, visible=marks.trail)
         if marks.trail and trail is not None:
             self._trail.points = trail
@@ -108,7 +108,7 @@ class MarkLayer:
         if marks.contacts and len(contacts) and contacts is not self._touching:
             self._touching = contacts
             self._contacts.points = contacts + np.array([0.0, 0.0, CONTACT_LIFT], dtype=np.float32)
-        self._show_numbers(frame.pose[..., :3].mean(axis=1), marks, facing)
+        self._show_numbers(centres, marks, facing)
 
     def face(self, marks: Marks, facing: np.ndarray) -> None:
         """Turn the numbers to a camera that has turned."""

@@ -15,20 +15,24 @@ log = logging.getLogger(__name__)
 SHOW_INTERVAL = 1 / 30
 """Seconds between two frames on the screen, whatever lies between two that are recorded."""
 
+LAG = 0.4
+"""Seconds after an end that was reached in which a browser may still offer to pause."""
+
 
 class Player:
     """Plays a replay while it is still being simulated.
 
     Args:
-        show: called with the replay, the index of the recorded frame that is nearest and the frame to
-            draw, which may lie between two, whenever another one is due; on the player's own thread.
+        show: called with the replay, the index of the recorded frame that is nearest and the moment to
+            draw, which may lie between two frames but beyond none, whenever another one is due; on the
+            player's own thread.
         changed: called when playing stops or starts by itself.
         may_simulate: asked before so many seconds of a robot's time are simulated.
     """
 
     def __init__(
         self,
-        show: Callable[[Playable, int, Frame], None],
+        show: Callable[[Playable, int, float], None],
         changed: Callable[[], None],
         may_simulate: Callable[[float], bool] = lambda _seconds: True,
     ) -> None:
@@ -39,8 +43,9 @@ class Player:
         self._wake = threading.Event()
         self._closed = False
         self._replay: Playable | None = None
+        self._ended = -LAG
         self._shown: tuple[Playable, float] | None = None
-        """What is on the screen: of which replay, and the time of the frame."""
+        """What is on the screen: of which replay, and the moment."""
         self.time = 0.0
         self.playing = False
         self.speed = 1.0
@@ -89,6 +94,13 @@ class Player:
                     self.time = replay.start_time
             self.playing = self._replay is not None
         self._wake.set()
+
+    def toggle(self) -> None:
+        """Play or pause; a pause that was meant just before the end does not start all over."""
+        if self.playing:
+            self.pause()
+        elif time.monotonic() - self._ended >= LAG:
+            self.play()
 
     def pause(self) -> None:
         """Hold the frame that is shown."""
@@ -166,6 +178,7 @@ class Player:
                     self.time = replay.start_time
                 else:
                     self.playing = False
+                    self._ended = time.monotonic()
                     ended = True
         if ended:
             self._changed()
@@ -175,11 +188,11 @@ class Player:
             replay = self._replay
             if replay is None or not replay.frames:
                 return
-            index, frame = nearest_index(replay, self.time), frame_at(replay, self.time)
-            if self._shown == (replay, frame.time):
+            moment = min(max(self.time, replay.frames[0].time), replay.frames[-1].time)
+            if self._shown == (replay, moment):
                 return
-            self._shown = (replay, frame.time)
-        self._show(replay, index, frame)
+            self._shown = (replay, moment)
+        self._show(replay, nearest_index(replay, moment), moment)
 
 
 def current_frame(player: Player) -> Frame | None:

@@ -11,7 +11,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.marks import MarkLayer, Marks
-from engine.replay import Frame, Playable
+from engine.replay import Playable
 from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
 from viz import theme
@@ -39,8 +39,7 @@ class RobotDrawing:
 
     Args:
         scene: of one client.
-        replay: the robot.
-        frame: of it, to begin with.
+        replay: the robot; there must be a frame of it.
         prefix: name of the node that everything hangs below, such as ``/lanes/1``; wherever that is moved
             to, all goes with it.
         trail: colour of the trail of its head.
@@ -50,7 +49,6 @@ class RobotDrawing:
         self,
         scene: viser.SceneApi,
         replay: Playable,
-        frame: Frame,
         *,
         prefix: str = "",
         trail: tuple[int, int, int] = theme.TRAIL,
@@ -58,7 +56,8 @@ class RobotDrawing:
         self._scene, self._prefix = scene, prefix
         self.replay = replay
         geometry = RobotGeometry(replay.morphology, replay.head.module)
-        drawing = geometry.draw(frame.pose, np.ones((geometry.n_modules, 5)))
+        self._drawn = DrawnReplay(geometry, replay)
+        drawing = self._drawn.at(replay.start_time, tension=True)
         cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
         sphere = trimesh.creation.icosphere(subdivisions=1)
         n_rods = len(drawing.rod_positions)
@@ -86,7 +85,6 @@ class RobotDrawing:
             f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
-        self._drawn = DrawnReplay(geometry, replay)
         self._layer = MarkLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
         self._has_target = False
@@ -101,17 +99,16 @@ class RobotDrawing:
         self._add_walls(self.replay.walls)
         return True
 
-    def compute(self, frame: Frame, marks: Marks) -> Drawing:
-        """Return what ``show`` takes: whatever takes time, to be done while messages still flow."""
-        return self._drawn.at(frame.time, tension=marks.tension)
+    def compute(self, moment: float, marks: Marks) -> Drawing:
+        """Return what ``show`` takes of a moment: whatever takes time, to be done while messages flow."""
+        return self._drawn.at(moment, tension=marks.tension)
 
-    def show(self, index: int, frame: Frame, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
-        """Draw a frame; call it within ``client.atomic``, so that a frame arrives as one.
+    def show(self, index: int, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
+        """Draw a moment; call it within ``client.atomic``, so that it arrives as one.
 
         Args:
             index: of the recorded frame that is nearest.
-            frame: to draw.
-            drawing: of it, by ``compute``.
+            drawing: of the moment, by ``compute``.
             marks: what else to draw.
             facing: (2, 3) directions that are right and up on the screen, below the node of ``prefix``.
         """
@@ -123,7 +120,7 @@ class RobotDrawing:
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)
         self._colored = colored
-        self._layer.show(index, frame, marks, facing)
+        self._layer.show(index, drawing.centres, marks, facing)
 
     def face(self, marks: Marks, facing: np.ndarray) -> None:
         """Turn the numbers of the modules to a camera that has turned."""

@@ -12,8 +12,9 @@ from app.arena import Arena
 from app.lane_arena import LaneArena
 from app.lanes import LaneReplay
 from app.pins_panel import PinsPanel
+from app.scene_camera import SceneCamera
 from app.what_if_panel import Events, WhatIfPanel
-from engine.replay import Frame, Playable
+from engine.replay import Playable
 from engine.trial_choice import TrialChoice
 from engine.what_if import WhatIfReplay
 from viz.robot_differences import Entry
@@ -26,11 +27,12 @@ LABEL_HEIGHT = 0.15
 
 
 class Stage:
-    """Owns the panels of what a robot is compared with, and hands frames to whatever draws their kind.
+    """Owns the panels of what a robot is compared with, and hands moments to whatever draws their kind.
 
     Args:
         client: whose scene it is.
         arena: that draws one robot.
+        camera: of the scene.
         tabs: the group that gets a tab for variants.
         actions: of the browser.
         play: called when something else than before is to be played; it asks ``replay`` what.
@@ -41,6 +43,7 @@ class Stage:
         self,
         client: viser.ClientHandle,
         arena: Arena,
+        camera: SceneCamera,
         tabs: viser.GuiTabGroupHandle,
         actions: Actions,
         *,
@@ -48,7 +51,7 @@ class Stage:
         may_simulate: Callable[[float], bool],
     ) -> None:
         self._arena, self._scene, self._play = arena, client.scene, play
-        self._lanes = LaneArena(client, arena.look_at, lambda: arena.marks)
+        self._lanes = LaneArena(client, camera, lambda: arena.marks)
         self._label: viser.LabelHandle | None = None
         self._labelled: Playable | None = None
         self._label_place = -1
@@ -88,13 +91,13 @@ class Stage:
             return self._what_if.replay(trial.target)
         return None
 
-    def show(self, replay: Playable, index: int, frame: Frame) -> bool:
-        """Draw a frame, and take away what a replay of another kind has left.
+    def show(self, replay: Playable, index: int, moment: float) -> bool:
+        """Draw a moment, and take away what a replay of another kind has left.
 
         Args:
             replay: what is played.
             index: of the recorded frame that is nearest.
-            frame: to draw.
+            moment: of the replay's clock, in s.
 
         Returns:
             Whether it is of the chosen robot itself.
@@ -102,13 +105,13 @@ class Stage:
         if isinstance(replay, LaneReplay):
             self._clear_label()
             self._arena.clear()
-            self._lanes.show(replay, frame.time)
-            self._pins.tell(replay, frame.time)
+            self._lanes.show(replay, moment)
+            self._pins.tell(replay, moment)
             return False
         self._lanes.clear()
-        self._arena.show(replay, index, frame)
+        self._arena.show(replay, index, moment)
         if isinstance(replay, WhatIfReplay):
-            self._show_label(replay, index, frame)
+            self._show_label(replay, index)
             return False
         self._clear_label()
         return True
@@ -131,14 +134,14 @@ class Stage:
         self._pins.leave()
         self._play()
 
-    def _show_label(self, replay: WhatIfReplay, index: int, frame: Frame) -> None:
+    def _show_label(self, replay: WhatIfReplay, index: int) -> None:
         """Say over a variant that it is none of the archive's robots."""
         with self._labelling:
             new = replay is not self._labelled
             if not new and index // LABEL_STEP == self._label_place:
                 return
             self._label_place = index // LABEL_STEP
-            x, y = (float(v) for v in frame.pose[..., :2].mean(axis=(0, 1)))
+            x, y = (float(v) for v in replay.frames[index].pose[..., :2].mean(axis=(0, 1)))
             if new or self._label is None:
                 if self._label is not None:
                     self._label.remove()

@@ -125,7 +125,7 @@ class TransportPanel:
 
         @self._play.on_click
         def _(_event: viser.GuiEvent) -> None:
-            player.pause() if player.playing else player.play()
+            player.toggle()
             self.refresh()
 
         @self._slider.on_update

@@ -79,11 +79,11 @@ def mix_turns(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
     rod turns little, so that this is close to the great circle.
     """
     # q and -q are the same turn
-    sign = np.where((one * other).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    sign = np.where((one * other).sum(axis=-1, keepdims=True) < 0.0, np.float32(-1.0), np.float32(1.0))
     turn = mix(one, sign * other, part)
-    return turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+    return turn / np.sqrt((turn * turn).sum(axis=-1, keepdims=True))
 
 
 def mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
     """Return what lies a part of the way, from 0 to 1, from an array to another, as float32."""
-    return ((1.0 - part) * one + part * other).astype(np.float32)
+    return ((1.0 - part) * one + part * other).astype(np.float32, copy=False)

@@ -50,10 +50,8 @@ class DrawnReplay:
         other = self._drawings[k + 1]
         nearer = one if part < 0.5 else other
         return Drawing(
-            rod_positions=mix(one.rod_positions, other.rod_positions, part),
+            points=mix(one.points, other.points, part),
             rod_turns=mix_turns(one.rod_turns, other.rod_turns, part),
-            nodes=mix(one.nodes, other.nodes, part),
-            cables=mix(one.cables, other.cables, part),
             cable_colors=nearer.cable_colors,
             tension=nearer.tension,
         )

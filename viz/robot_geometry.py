@@ -24,21 +24,37 @@ class Drawing:
     """One frame of a robot, in metres.
 
     Attributes:
-        rod_positions: (rods, 3) centres.
+        points: (rods + nodes + actuators + 2 cables, 3) float32: all places, in that order.
         rod_turns: (rods, 4) quaternions (w, x, y, z) that turn a cylinder along z.
-        nodes: (nodes + actuators, 3) centres of spheres.
-        cables: (cables, 2, 3) end points.
         cable_colors: (cables, 2, 3) uint8.
         tension: (cables,) 0 slack to 1 in the full colour; of every module the passive cables, then the
             servo's.
     """
 
-    rod_positions: np.ndarray
+    points: np.ndarray
     rod_turns: np.ndarray
-    nodes: np.ndarray
-    cables: np.ndarray
     cable_colors: np.ndarray
     tension: np.ndarray
+
+    @property
+    def rod_positions(self) -> np.ndarray:
+        """(rods, 3) centres."""
+        return self.points[: len(self.rod_turns)]
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(nodes + actuators, 3) centres of spheres."""
+        return self.points[len(self.rod_turns) : len(self.points) - 2 * len(self.tension)]
+
+    @property
+    def cables(self) -> np.ndarray:
+        """(cables, 2, 3) end points."""
+        return self.points[len(self.points) - 2 * len(self.tension) :].reshape(-1, 2, 3)
+
+    @property
+    def centres(self) -> np.ndarray:
+        """(modules, 3) means of the centres of their rods."""
+        return self.rod_positions.reshape(-1, len(t.RODS), 3).mean(axis=1)
 
 
 class RobotGeometry:
@@ -100,11 +116,10 @@ class RobotGeometry:
         ends = cable_ends(poses)
         shares = self._tensions(ends, lengths)
         colors = self._tension_colors(shares) if tension else np.tile(self._plain_colors, (n, 1, 1, 1))
+        places = [a.reshape(n, -1, 3).astype(np.float32) for a in (position, nodes, ends)]
         arrays = (
-            position.reshape(n, -1, 3).astype(np.float32),
+            np.concatenate(places, axis=1),
             _multiply(turn, self._align).reshape(n, -1, 4).astype(np.float32),
-            nodes.reshape(n, -1, 3).astype(np.float32),
-            ends.reshape(n, -1, 2, 3).astype(np.float32),
             np.repeat(colors.reshape(n, -1, 1, 3), 2, axis=2),
             shares.reshape(n, -1),
         )

@@ -11,7 +11,7 @@ from app.player import Player, current_frame
 from app.replay_line import describe
 from engine.errors import InvalidData
 from engine.reader import RunReader
-from engine.replay import Frame, Replay
+from engine.replay import Replay
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def shown() -> list[tuple[Replay, int]]:
 
 @pytest.fixture
 def player(shown: list[tuple[Replay, int]]) -> Iterator[Player]:
-    player = Player(lambda replay, index, _frame: shown.append((replay, index)), lambda: None)
+    player = Player(lambda replay, index, _moment: shown.append((replay, index)), lambda: None)
     yield player
     player.close()
 
@@ -76,8 +76,8 @@ def test_seek_pause_loop_and_extend(player: Player, small_reader: RunReader) -> 
 
 
 def test_thirty_frames_a_second_lie_between_the_recorded_ones(small_reader: RunReader) -> None:
-    drawn: list[tuple[float, int, Frame]] = []
-    player = Player(lambda _r, i, f: drawn.append((time.monotonic(), i, f)), lambda: None)
+    drawn: list[tuple[float, int, float]] = []
+    player = Player(lambda _r, i, moment: drawn.append((time.monotonic(), i, moment)), lambda: None)
     replay = replay_of(small_reader)
     player.load(replay)
     wait(lambda: replay.score is not None)
@@ -89,17 +89,35 @@ def test_thirty_frames_a_second_lie_between_the_recorded_ones(small_reader: RunR
     wait(lambda: player.time > 1.0)
     player.pause()
     played = drawn[:]
-    times = [f.time for _, _, f in played]
+    times = [moment for _, _, moment in played]
     assert times == sorted(times)
     # in slow motion every frame is another one, although so many are not recorded
     assert len(set(times)) == len(times)
     assert len(times) > 2.5 * len({i for _, i, _ in played})
     assert len(played) <= 32 * (played[-1][0] - played[0][0]) + 2
-    assert all(abs(f.time - replay.frames[i].time) <= replay.frame_period / 2 + 1e-6 for _, i, f in played)
+    assert all(abs(t - replay.frames[i].time) <= replay.frame_period / 2 + 1e-6 for _, i, t in played)
     recorded = replay.frames[20]
     player.seek(recorded.time)
-    wait(lambda: drawn[-1][2] is recorded)
+    wait(lambda: drawn[-1][1:] == (20, recorded.time))
     player.close()
+
+
+def test_a_pause_that_comes_just_after_the_end_does_not_start_all_over(
+    player: Player, small_reader: RunReader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replay = replay_of(small_reader)
+    player.load(replay)
+    player.seek(replay.end_time)
+    wait(lambda: not player.playing)
+    monkeypatch.setattr("app.player.LAG", 1e9)
+    player.toggle()
+    assert not player.playing
+    monkeypatch.setattr("app.player.LAG", 0.0)
+    player.toggle()
+    assert player.playing
+    wait(lambda: player.time < 1.0)
+    player.toggle()
+    assert not player.playing
 
 
 def test_another_replay_takes_over_at_once(
@@ -161,7 +179,7 @@ def test_a_frame_that_cannot_be_shown_does_not_end_playback(small_reader: RunRea
     fail, shown = threading.Event(), threading.Event()
     fail.set()
 
-    def show(_replay: Replay, _index: int, _frame: Frame) -> None:
+    def show(_replay: Replay, _index: int, _moment: float) -> None:
         if fail.is_set():
             raise ValueError("a made-up fault")
         shown.set()
