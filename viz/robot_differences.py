@@ -141,7 +141,7 @@ def _row(what: str, values: list[str], order: list[float | None]) -> str:
     known = [v for v in order if v is not None]
     best = max(known) if differs and known else None
     cells = "".join(
-        '<td style="text-align:right;vertical-align:top;padding:1px 0 1px 8px;overflow-wrap:anywhere;'
+        '<td style="text-align:right;vertical-align:top;padding:1px 0 1px 8px;overflow-wrap:break-word;'
         f'{"font-weight:650;" if best is not None and o == best else ""}">{html.escape(v)}</td>'
         for v, o in zip(values, order, strict=True)
     )
