@@ -15,6 +15,8 @@ log = logging.getLogger(__name__)
 SHOW_INTERVAL = 1 / 30
 """Seconds between two frames on the screen, whatever lies between two that are recorded."""
 
+FIRST_INTERVAL = 0.005
+"""Seconds between two looks whether a replay's first frame has been simulated."""
 LAG = 0.4
 """Seconds after an end that was reached in which a browser may still offer to pause."""
 
@@ -158,7 +160,8 @@ class Player:
                 self.playing = False
             last = now
             # a little lateness is made up for; after more of it, or a pause, the beat starts anew
-            due = (due if now - due < SHOW_INTERVAL else now) + SHOW_INTERVAL
+            interval = SHOW_INTERVAL if self._shown or not self._replay else FIRST_INTERVAL
+            due = (due if now - due < interval else now) + interval
             time.sleep(max(0.0, due - time.monotonic()))
 
     def _advance(self, elapsed: float) -> None:

@@ -184,7 +184,7 @@ class _Rods:
         return name
 
 
-@functools.lru_cache(maxsize=32)  # up to 3 MB each
+@functools.lru_cache(maxsize=48)  # up to 3 MB each
 def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = True) -> RobotModel:
     """Compile a robot on the open plane; equal arguments share one model, which must not be changed."""
     spec = build_spec(morphology, physics=physics, gravity=gravity)

@@ -137,14 +137,18 @@ def bar(scale: Scale, x: float, y: float, width: float, height: float) -> str:
     """Return the colours of a bar as SVG: upwards if it is taller than wide, else to the right."""
     upright = height > width
     name = f"ta-{scale.colormap}-{'up' if upright else 'right'}"
-    stops = "".join(
-        f'<stop offset="{k / _STOPS:.4g}" stop-color="{theme.color_at(k / _STOPS, scale.colormap)}"/>'
-        for k in range(_STOPS + 1)
-    )
     direction = 'x1="0" y1="1" x2="0" y2="0"' if upright else 'x1="0" y1="0" x2="1" y2="0"'
     return (
-        f'<linearGradient id="{name}" {direction}>{stops}</linearGradient>'
+        f'<linearGradient id="{name}" {direction}>{_stops(scale.colormap)}</linearGradient>'
         f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="url(#{name})"/>'
+    )
+
+
+@functools.cache  # of the few colour maps there are; asking Plotly for the colours takes 10 ms
+def _stops(colormap: str) -> str:
+    parts = [k / _STOPS for k in range(_STOPS + 1)]
+    return "".join(
+        f'<stop offset="{part:.4g}" stop-color="{theme.color_at(part, colormap)}"/>' for part in parts
     )
 
 
