@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from app.export_choice import ExportChoice
+from app.recording import Progress
 from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
@@ -85,25 +86,28 @@ def folder_names(basket: Iterable[Item]) -> list[str]:
     return names
 
 
-def exported(item: Item, reader: RunReader, choice: ExportChoice) -> dict[str, bytes]:
+def exported(item: Item, reader: RunReader, progress: Progress, choice: ExportChoice) -> dict[str, bytes]:
     """Return a robot's folder: content by name.
 
     Args:
         item: the robot.
         reader: of its run.
+        progress: told before every step; what it raises ends it.
         choice: what it is built from, and the paper of its build sheet.
 
     Raises:
         TensAtlasError: the robot cannot be exported.
     """
     place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
-    return robot_folder(reader, item.number, materials=choice.materials, place=place, paper=choice.paper)
+    return robot_folder(
+        reader, item.number, materials=choice.materials, place=place, paper=choice.paper, progress=progress
+    )
 
 
 def export_basket(
     basket: Iterable[Item],
     reader: Callable[[Path], RunReader],
-    progress: Callable[[str, int, int], None],
+    progress: Progress,
     choice: ExportChoice,
 ) -> dict[str, bytes]:
     """Return the exports of all robots, each in a folder of its own.
@@ -111,7 +115,7 @@ def export_basket(
     Args:
         basket: the robots.
         reader: returns the reader of a run.
-        progress: told before and after every robot how many of how many are done; what it raises ends it.
+        progress: told before every step of every robot and at the end how far it is; what it raises ends it.
         choice: what all are built from, and their paper.
 
     Raises:
@@ -120,8 +124,11 @@ def export_basket(
     items = list(basket)
     files: dict[str, bytes] = {}
     for k, (item, folder) in enumerate(zip(items, folder_names(items), strict=True)):
-        progress("exporting", k, len(items))
-        found = exported(item, reader(item.path), choice)
+
+        def step(doing: str, n: int, total: int, k: int = k) -> None:
+            progress(f"robot {k + 1} of {len(items)}, {doing}", k * total + n, len(items) * total)
+
+        found = exported(item, reader(item.path), step, choice)
         files |= {f"{folder}/{name}": content for name, content in found.items()}
-    progress("exporting", len(items), len(items))
+    progress("packing", len(items), len(items))
     return files

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from app.recording import Progress
 from engine import servo
 from engine import tensegrity as t
 from engine.csv_text import csv_text
@@ -27,6 +28,7 @@ from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
 from viz.standalone_replay import standalone_replay
 
+STEPS: Final = 4
 MANIFEST_FORMAT: Final = "tensatlas-manifest"
 MANIFEST_VERSION: Final = 1
 _PACKAGES: Final = ("reportlab", "segno", "trimesh", "manifold3d", "ezdxf", "shapely")
@@ -65,6 +67,7 @@ def robot_folder(
     materials: Materials,
     place: Place | None = None,
     paper: PaperName = "a4",
+    progress: Progress = lambda _doing, _n, _total: None,
 ) -> dict[str, bytes]:
     """Return name and content of every file of a robot's folder; equal arguments give equal bytes.
 
@@ -74,6 +77,7 @@ def robot_folder(
         materials: what the robot is built from.
         place: archive and cell that it was found in; None to look them up.
         paper: that the build sheet is to be printed on.
+        progress: told before each of ``STEPS`` steps; what it raises ends it.
 
     Raises:
         RunFileError: there is no such evaluation, or it is damaged.
@@ -81,16 +85,20 @@ def robot_folder(
         InvalidData: the materials' file can no longer be read.
     """
     evaluation = reader.evaluation(number)
+    progress("simulating", 0, STEPS)
     trial = simulate_trial(reader.config, evaluation)
     place = place or place_of(reader, number)
     facts = gather(reader, evaluation, trial, place)
     files = export_files(reader, number, trial)
+    progress("parts", 1, STEPS)
     for name, content in fabrication_files(facts.morphology, materials).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, first=trial.sensed)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
+    progress("build sheet", 2, STEPS)
+    files["build_sheet.pdf"] = build_sheet(facts, materials, paper)[0]
+    progress("replay and tables", 3, STEPS)
     files |= {
-        "build_sheet.pdf": build_sheet(facts, materials, paper)[0],
         "materials.toml": materials_text(materials).encode(),
         "replay.html": standalone_replay(trial.replay, run=facts.run_name, where=place.name if place else ""),
         "tables/internal_cables.csv": _internal_cables(),

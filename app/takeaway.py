@@ -95,8 +95,7 @@ class Takeaway:
         name = item.name
 
         def make(progress: Progress) -> File:
-            progress("simulating and drawing", 0, 1)
-            files = basket.exported(item, reader, choice)
+            files = basket.exported(item, reader, progress, choice)
             progress("packing", 1, 1)
             return f"{name}.zip", zip_bytes(files, name)
 

@@ -13,10 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.actions import Actions
-from app.basket import MOST, Item, added, export_basket, folder_names
+from app.basket import MOST, Item, added, export_basket, exported, folder_names
 from app.basket_memory import parse
 from app.export_choice import ExportChoice
 from app.file_maker import FileMaker
+from app.robot_folder import STEPS
 from engine.errors import ExportError, InvalidData
 from engine.reader import RunReader
 from engine.zip_file import zip_bytes
@@ -53,9 +54,31 @@ def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
         page = re.search(rb"/MediaBox *\[ *0 0 ([0-9.]+)", files[f"small_robot_{n}/build_sheet.pdf"])
         assert page is not None
         assert float(page[1]) == pytest.approx(8.5 * 72)
-    assert told == [("exporting", k, 2) for k in range(3)]
+    assert [n for _, n, _ in told] == [*range(2 * STEPS), 2]
+    assert {total for _, _, total in told[:-1]} == {2 * STEPS}
+    assert told[0][0] == "robot 1 of 2, simulating"
+    assert told[STEPS + 1][0] == "robot 2 of 2, parts"
+    assert told[-1] == ("packing", 2, 2)
     with zipfile.ZipFile(io.BytesIO(zip_bytes(files, "basket"))) as packed:
         assert packed.testzip() is None
+
+
+@pytest.mark.parametrize("step", range(STEPS))
+def test_an_export_that_is_cancelled_ends_with_its_next_step(small_reader, step):
+    class CancelledError(Exception):
+        pass
+
+    told = []
+
+    def progress(doing, n, total):
+        told.append(doing)
+        if n == step:
+            raise CancelledError
+
+    choice = ExportChoice.of("A4", "tpu-85a")
+    with pytest.raises(CancelledError):
+        exported(item(0), small_reader, progress, choice)
+    assert len(told) == step + 1
 
 
 @pytest.mark.parametrize(
