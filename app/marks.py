@@ -10,6 +10,7 @@ import dataclasses
 import numpy as np
 import viser
 
+from app.viser_private import put_arrays
 from engine.replay import Playable
 from viz import theme
 from viz.strokes import NumberStrokes
@@ -124,7 +125,7 @@ class MarkLayer:
         ):
             self._centres, self._facing = centres, facing
             points = centres + np.array([0.0, 0.0, NUMBER_LIFT])
-            self._numbers.points = self._strokes.place(points, facing[0], facing[1])
+            put_arrays(self._numbers, points=self._strokes.place(points, facing[0], facing[1]))
         _see(self._numbers, visible=marks.numbers)
 
     def _path(self, index: int) -> np.ndarray | None:

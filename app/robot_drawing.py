@@ -11,6 +11,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.marks import MarkLayer, Marks
+from app.viser_private import put_arrays
 from engine.replay import Playable
 from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
@@ -112,10 +113,9 @@ class RobotDrawing:
             marks: what else to draw.
             facing: (2, 3) directions that are right and up on the screen, below the node of ``prefix``.
         """
-        self._rods.batched_positions = drawing.rod_positions
-        self._rods.batched_wxyzs = drawing.rod_turns
-        self._nodes.batched_positions = drawing.nodes
-        self._cables.points = drawing.cables
+        put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
+        put_arrays(self._nodes, batched_positions=drawing.nodes)
+        put_arrays(self._cables, points=drawing.cables)
         colored = (index // COLOR_STEP if marks.tension else 0, marks.tension)
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)

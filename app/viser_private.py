@@ -8,6 +8,8 @@ Each of them is here because nothing public does it:
   any size.
 - ``ModalHandle``: the type of what ``add_modal`` returns has no public name.
 - ``inputs_of``: a client cannot be asked for its controls.
+- ``put_arrays``: viser compares and copies every array three times, one message each; a replay sends five
+  of them in every frame to every browser.
 - ``uuid_of``: an input can only be found on the page by the id that viser gave it.
 
 All were written for viser 1.1.1, which ``constraints.txt`` pins; ``tests/browser/test_safety.py`` notices if
@@ -23,6 +25,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
+import numpy as np
 import viser
 import websockets.asyncio.server
 from viser import _messages
@@ -34,7 +37,7 @@ from websockets.http11 import Request, Response
 
 from app.access import Access, Admission, Refusal
 
-__all__ = ["Gate", "ModalHandle", "acceptable", "inputs_of", "start_server", "uuid_of"]
+__all__ = ["Gate", "ModalHandle", "acceptable", "inputs_of", "put_arrays", "start_server", "uuid_of"]
 
 MAX_MESSAGE: Final = 8 * 1024 * 1024
 """Bytes of the longest message from a browser; a file comes in parts of half a megabyte."""
@@ -108,6 +111,22 @@ def inputs_of(gui: viser.GuiApi) -> list[Any]:
     """Return every control of a browser; a progress bar, which viser counts among them, is none."""
     found = gui._gui_input_handle_from_uuid.values()
     return [handle for handle in found if not isinstance(handle, GuiProgressBarHandle)]
+
+
+def put_arrays(handle: viser.SceneNodeHandle, **arrays: np.ndarray) -> None:
+    """Set properties of a node of the scene in one message, without a look at what they were.
+
+    Args:
+        handle: of the node; if it has been removed, nothing happens.
+        arrays: by the names of the properties; of their types, and never changed afterwards.
+    """
+    implementation = handle._impl
+    if implementation.removed:
+        return
+    for name, value in arrays.items():
+        setattr(implementation.props, name, value)
+    message = _messages.SceneNodeUpdateMessage(implementation.name, dict(arrays))
+    implementation.api._queue_scene_message(message)
 
 
 class Gate:

@@ -15,19 +15,12 @@ _INTERNAL: Final = [
     for n in t.SERVO_NODES
     for rod, point in zip((t.SERVO_ROD, t.rod_of(n)), t.servo_anchors(n), strict=True)
 ]
-_ROD: Final = np.array([rod for rod, _ in (*_PASSIVE, *_INTERNAL)])
-_LOCAL: Final = np.array([point - t.ROD_MIDDLES[rod] for rod, point in (*_PASSIVE, *_INTERNAL)])
+END_RODS: Final = np.array([rod for rod, _ in (*_PASSIVE, *_INTERNAL)])
+"""(58,) rods that the ends of the cables are on, two of every passive cable, then of every internal one."""
+END_PLACES: Final = np.array([point - t.ROD_MIDDLES[rod] for rod, point in (*_PASSIVE, *_INTERNAL)])
+"""(58, 3) where they are on those rods, from their middles, in m."""
 _FIRST_INTERNAL: Final = len(_PASSIVE)
 _MEAN_TARGETS: Final = servo.TARGET_LENGTHS.mean(axis=1)
-
-
-def cable_ends(pose: np.ndarray) -> np.ndarray:
-    """Return the (..., 29, 2, 3) ends in m: of the 24 passive cables, then of the 5 internal ones.
-
-    Args:
-        pose: (..., 6, 7) positions in m and quaternions (w, x, y, z) of a module's rods.
-    """
-    return _ends(pose, slice(None))
 
 
 def internal_lengths(pose: np.ndarray) -> np.ndarray:
@@ -36,7 +29,11 @@ def internal_lengths(pose: np.ndarray) -> np.ndarray:
     Args:
         pose: (..., 6, 7) positions in m and quaternions (w, x, y, z) of a module's rods.
     """
-    ends = _ends(pose, slice(_FIRST_INTERNAL, None))
+    rod, place = END_RODS[_FIRST_INTERNAL:], END_PLACES[_FIRST_INTERNAL:]
+    pose = np.asarray(pose, dtype=float)
+    u, w = pose[..., rod, 4:], pose[..., rod, 3:4]
+    points = pose[..., rod, :3] + place + 2.0 * np.cross(u, np.cross(u, place) + w * place)
+    ends = points.reshape(*points.shape[:-2], -1, 2, 3)
     return np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
 
 
@@ -72,25 +69,3 @@ def contraction(lengths: np.ndarray) -> np.ndarray:
     """
     released, turned = _MEAN_TARGETS[0], _MEAN_TARGETS[-1]
     return (released - np.asarray(lengths).mean(axis=-1)) / (released - turned)
-
-
-def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Turn vectors (..., 3) by unit quaternions (..., 4), w first."""
-    w, u = q[..., :1], q[..., 1:]
-    return v + 2.0 * _cross(u, _cross(u, v) + w * v)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return what ``np.cross`` does of vectors (..., 3), to the bit, in half its time."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        out[..., k] = a[..., i] * b[..., j] - a[..., j] * b[..., i]
-    return out
-
-
-def _ends(pose: np.ndarray, which: slice) -> np.ndarray:
-    rod, local = _ROD[which], _LOCAL[which]
-    pose = pose.astype(float)
-    points = pose[..., rod, :3] + rotate(pose[..., rod, 3:], local)
-    return points.reshape(*points.shape[:-2], -1, 2, 3)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from engine import tensegrity as t
-from engine.cables import cable_ends, internal_tension, passive_tension, rotate
+from engine.cables import END_PLACES, END_RODS, internal_tension, passive_tension
 from engine.morphology import Morphology
 from viz import theme
 
@@ -72,8 +72,10 @@ class RobotGeometry:
         # points fixed to rods: nodes and actuator
         fixed = [(t.rod_of(n), p) for n, p in enumerate(t.NODES)]
         fixed.append((t.SERVO_ROD, t.ACTUATOR_POINT))
-        self._rod = np.array([r for r, _ in fixed])
-        self._local = np.array([p - t.ROD_MIDDLES[r] for r, p in fixed])
+        places = [p - t.ROD_MIDDLES[r] for r, p in fixed]
+        self._n_fixed = len(fixed)
+        self._rod = np.array([*(r for r, _ in fixed), *END_RODS])
+        self._local = np.array([*places, *END_PLACES], dtype=np.float32)
         self._stiffness = np.array(morphology.stiffnesses)[:, None]
         self._full_tension = full_tension(morphology)
         plain = [*[theme.CABLE] * len(t.CABLES), *[theme.SERVO_CABLE] * len(t.SERVO_NODES)]
@@ -110,13 +112,13 @@ class RobotGeometry:
             tension: whether the colours of the cables show it.
         """
         n = len(poses)
-        position = poses[..., :3].astype(float)
-        turn = poses[..., 3:].astype(float)
-        nodes = position[..., self._rod, :] + rotate(turn[..., self._rod, :], self._local)
-        ends = cable_ends(poses)
+        position, turn = poses[..., :3].astype(np.float32), poses[..., 3:].astype(np.float32)
+        points = position[..., self._rod, :] + _turned(self._local, turn, self._rod)
+        nodes = points[..., : self._n_fixed, :]
+        ends = points[..., self._n_fixed :, :].reshape(*points.shape[:2], -1, 2, 3)
         shares = self._tensions(ends, lengths)
         colors = self._tension_colors(shares) if tension else np.tile(self._plain_colors, (n, 1, 1, 1))
-        places = [a.reshape(n, -1, 3).astype(np.float32) for a in (position, nodes, ends)]
+        places = [a.reshape(n, -1, 3) for a in (position, nodes, ends)]
         arrays = (
             np.concatenate(places, axis=1),
             _multiply(turn, self._align).reshape(n, -1, 4).astype(np.float32),
@@ -148,6 +150,27 @@ def full_tension(morphology: Morphology) -> float:
     """Return the tension in N at which a passive cable of a robot is drawn in its full colour."""
     length = (1.0 + STRAIN_FULL_COLOR) * t.CABLE_REST_LENGTH
     return float(passive_tension(length, np.array(max(morphology.stiffnesses))))
+
+
+def _turned(local: np.ndarray, turns: np.ndarray, rod: np.ndarray) -> np.ndarray:
+    """Return (..., points, 3) points (points, 3) of rods, turned as their rods are.
+
+    Args:
+        local: the points, from the middles of their rods.
+        turns: (..., rods, 4) unit quaternions (w, x, y, z) of all rods.
+        rod: (points,) which rod each is on.
+    """
+    w, x, y, z = np.moveaxis(turns, -1, 0)
+    # far fewer rods than points: from matrices
+    matrix = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    out = np.empty((*turns.shape[:-2], *local.shape), dtype=turns.dtype)
+    for k, row in enumerate(matrix):
+        out[..., k] = sum(part[..., rod] * along for part, along in zip(row, local.T, strict=True))
+    return out
 
 
 def _blend(low: tuple[int, ...], high: tuple[int, ...], part: np.ndarray) -> np.ndarray:

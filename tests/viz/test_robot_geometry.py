@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -30,6 +31,16 @@ def test_everything_is_drawn_where_it_was_built(pose: np.ndarray) -> None:
         for (a, b), ends in zip(t.CABLES, cables, strict=False):
             gap = np.linalg.norm(ends - (centre + turn.apply(t.NODES[[a, b]])), axis=1)
             np.testing.assert_allclose(gap, t.ANCHOR_OFFSET, atol=1e-6)
+
+
+def test_cables_are_as_long_as_mujocos() -> None:
+    model = build_robot(BODY, Physics()).model
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 200)
+    mujoco.mj_forward(model, data)
+    drawing = RobotGeometry(BODY, 2).draw(data.qpos.reshape(3, 6, 7), np.ones((3, 5)))
+    lengths = np.linalg.norm(drawing.cables[:, 1] - drawing.cables[:, 0], axis=1)
+    np.testing.assert_allclose(lengths, data.ten_length[: len(lengths)], atol=1e-6)
 
 
 def test_rods_point_along_their_nodes(pose: np.ndarray) -> None:
