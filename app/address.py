@@ -30,7 +30,6 @@ MAX_LENGTH: Final = 2000
 """Characters of the longest query that is read."""
 _NUMBER: Final = re.compile(r"\d{1,9}")
 _CELL: Final = re.compile(r"\d{1,3}(,\d{1,3}){0,5}")
-_AIM: Final = re.compile(r"-?\d{1,3},\d{1,3}", re.ASCII)
 _ARCHIVE: Final = re.compile(r"[a-z0-9-]{1,40}")
 
 
@@ -94,7 +93,7 @@ class Place:
             "target": trial.target + 1 if trial.target else None,
             "seed": trial.repeat + 1 if trial.repeat else None,
             "fresh": trial.fresh or None,
-            "aim": None if trial.aim is None else f"{trial.aim.bearing},{trial.aim.distance}",
+            "aim": None if trial.aim is None else trial.aim.text,
         }
         pairs = [(k, str(v)) for k, v in said.items() if v is not None]
         return "?" + urllib.parse.urlencode(pairs, safe=",/") if pairs else ""
@@ -102,9 +101,8 @@ class Place:
 
 def _aim(text: str) -> Aim | None:
     """Return the target of one's own that an address says, None if it says none."""
-    if _AIM.fullmatch(text):
-        with contextlib.suppress(InvalidData):
-            return Aim(*map(int, text.split(",")))
+    with contextlib.suppress(InvalidData):
+        return Aim.parse(text)
     return None
 
 

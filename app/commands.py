@@ -135,6 +135,11 @@ class Record:
     """Target of the trial, from 0."""
     repeat: int = 0
     """Noise seed of the trial, from 0, among those the robot was evaluated with."""
+    fresh: int = 0
+    """Number of fresh noise, from 1, instead of noise that the robot was evaluated with."""
+    aim: str = ""
+    """Target of your own instead, seen from where the head begins: bearing in degrees, positive to the
+    left, and distance in cm, such as 30,62."""
     at: float | None = None
     """Moment of the picture, in s of the trial; without it the end."""
     speed: float = 1.0

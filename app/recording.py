@@ -13,6 +13,7 @@ from app.progress import counting
 from engine.errors import ExportError, InvalidData
 from engine.reader import RunReader
 from engine.replay import Replay
+from engine.trial_choice import Aim, TrialChoice
 from viz.painting import Look
 from viz.render import Renderer
 from viz.standalone_replay import standalone_replay
@@ -106,10 +107,16 @@ def record_elite(command: c.Record, reader: RunReader, number: int, console: Con
     """Write a recording of an evaluation.
 
     Raises:
-        InvalidData: there is no such target, repeat or moment.
+        InvalidData: there is no such target, repeat, noise or moment.
         ExportError: it cannot be simulated again, or the file cannot be written.
     """
-    replay = Replay(reader.config, reader.evaluation(number), target=command.target, repeat=command.repeat)
+    trial = TrialChoice(
+        target=command.target,
+        repeat=command.repeat,
+        fresh=command.fresh,
+        aim=Aim.parse(command.aim) if command.aim else None,
+    )
+    replay = Replay.of(reader.config, reader.evaluation(number), trial)
     if command.at is not None and not replay.start_time <= command.at <= replay.end_time:
         raise InvalidData(
             f"at must be from {replay.start_time:g} to {replay.end_time:g} s, not {command.at:g}"

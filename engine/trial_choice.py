@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from engine.tasks import bearing_name
 NEAREST: Final = 5
 FARTHEST: Final = 300
 """Centimetres from the settled head within which a target may be placed."""
+_WRITTEN: Final = re.compile(r"-?[0-9]{1,3},[0-9]{1,3}")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -39,6 +41,26 @@ class Aim:
                 f"a target must be {NEAREST} to {FARTHEST} cm from where the head begins,"
                 f" not {self.distance} cm"
             )
+
+    @classmethod
+    def parse(cls, text: str) -> Aim:
+        """Return the aim that ``text`` writes, such as ``30,62``.
+
+        Raises:
+            InvalidData: it writes none, or one that is too near, too far or no direction.
+        """
+        if not _WRITTEN.fullmatch(text):
+            raise InvalidData(
+                "a target of your own is its bearing in degrees, positive to the left, and its distance"
+                f" in cm, such as 30,62, not {text[:40]!r}"
+            )
+        bearing, distance = map(int, text.split(","))
+        return cls(bearing, distance)
+
+    @property
+    def text(self) -> str:
+        """What ``parse`` reads."""
+        return f"{self.bearing},{self.distance}"
 
     @classmethod
     def at(cls, offset: np.ndarray) -> Aim:

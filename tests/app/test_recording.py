@@ -38,12 +38,24 @@ def test_a_replay_becomes_a_file_of_the_kind_that_its_name_says(small_run, cell,
     assert f"morphology cell {cell[0]}" in page
 
 
+def test_a_trial_may_have_noise_and_a_target_of_its_own(small_run, cell, tmp_path, capsys):
+    out = tmp_path / "a.html"
+    arguments = (small_run, "--cell", cell[0], "--out", out, "--fresh", 7, "--aim", "-30,62")
+    assert record(capsys, *arguments)[0] == 0
+    page = out.read_text(encoding="utf-8")
+    assert "30° right, 62 cm" in page
+    assert "fresh noise 7" in page
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("--out", "a.gif"), "a recording's name ends in .mp4, .png or .html"),
         (("--out", "a.html", "--target", "4"), "target must be from 0 to 3, not 4"),
         (("--out", "a.html", "--repeat", "1"), "repeat must be from 0 to 0, not 1"),
+        (("--out", "a.html", "--fresh", "-1"), "fresh noise must be from 1 to"),
+        (("--out", "a.html", "--aim", "ahead"), "such as 30,62, not 'ahead'"),
+        (("--out", "a.html", "--aim", "30,400"), "5 to 300 cm from where the head begins, not 400 cm"),
         (("--out", "a.mp4", "--speed", "0"), "speed must be from 0.1 to 20, not 0"),
         (("--out", "a.png", "--at", "3"), "at must be from -0.4 to 2 s, not 3"),
         (("--out", "a.png", "--archive", "grid"), "has no grid archive"),
