@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final, Literal, Protocol, Self
 
@@ -37,6 +36,8 @@ CHUNK: Final = 8
 
 
 MAX_REPEATS: Final = 100
+LONGEST: Final = 1000.0
+"""Seconds of any part of a trial, at most: a replay keeps its frames, and runs may come from anywhere."""
 
 Stage = Literal["settling", "head-search", "trial"]
 """What a simulation of an evaluation is for."""
@@ -59,8 +60,10 @@ class TrialConfig:
         if not 1 <= self.repeats <= MAX_REPEATS:
             raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {self.repeats}")
         for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
-            if not least <= getattr(self, name) < math.inf:
-                raise InvalidData(f"{name} must be at least {least:g} s, not {getattr(self, name)}")
+            if not least <= getattr(self, name) <= LONGEST:
+                raise InvalidData(
+                    f"{name} must be from {least:g} to {LONGEST:g} s, not {getattr(self, name)}"
+                )
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

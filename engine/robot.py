@@ -32,6 +32,8 @@ mujoco.MjLogConfig.set(_log)
 DROP_HEIGHT: Final = 0.082
 """Height of the chain's axis above the ground at the start, in metres."""
 GRAVITY: Final = 9.81
+MOST_PARTS: Final = 100_000
+"""Most time steps in a control period, and most of those in a second: a run file may come from anywhere."""
 CONTACT_SOLIMP: Final = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Constraint impedance of every contact; MuJoCo's default lets friction creep by millimetres a second."""
 
@@ -80,8 +82,8 @@ class Physics:
             ),
             ("1 s must be a whole number of control periods", 1.0 / self.control_period),
         ):
-            if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-6:
-                raise InvalidData(f"physics: {what}")
+            if not 1.0 <= ratio <= MOST_PARTS or abs(ratio - round(ratio)) > 1e-6:
+                raise InvalidData(f"physics: {what}, {MOST_PARTS} at most")
 
     @property
     def steps_per_control(self) -> int:

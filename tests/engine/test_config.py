@@ -176,10 +176,18 @@ def test_malformed_json_is_refused(data):
 
 
 @pytest.mark.parametrize("field", ["settle_time", "open_loop_time", "trial_time"])
-@pytest.mark.parametrize("value", [NAN, INF, -1.0])
+@pytest.mark.parametrize("value", [NAN, INF, -1.0, 1001.0, 1e15])
 def test_impossible_times_are_refused(field, value):
     with pytest.raises(InvalidData, match=field):
         TrialConfig(**{field: value})
+
+
+@pytest.mark.parametrize("value", [1e-320, 1e-12])
+@pytest.mark.parametrize("field", ["timestep", "control_period"])
+def test_steps_of_next_to_nothing_are_refused(field, value):
+    changes = {"timestep": value} if field == "timestep" else {"timestep": value / 2, "control_period": value}
+    with pytest.raises(InvalidData, match="100000 at most"):
+        Physics(**changes)
 
 
 @pytest.mark.parametrize(
