@@ -96,7 +96,7 @@ def test_a_variant_is_simulated_and_can_be_cancelled(small_reader: RunReader) ->
     what_if.run()
     assert what_if.fitness is not None
     assert not np.array_equal(what_if.scores, evaluation.distances)
-    trials = dataclasses.replace(small_reader.config.trials, trial_time=1e6)
+    trials = dataclasses.replace(small_reader.config.trials, trial_time=1000.0)
     endless = WhatIf(dataclasses.replace(small_reader.config, trials=trials), evaluation, changed)
     thread = threading.Thread(target=endless.run)
     thread.start()
