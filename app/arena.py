@@ -71,13 +71,13 @@ class Arena:
 
     def _show(self, replay: Playable, index: int, moment: float) -> None:
         marks = self.marks
-        if self._robot is None or replay is not self._robot.replay:
+        is_new = self._robot is None or replay is not self._robot.replay
+        if self._robot is None or is_new:
             self._clear()
             self._robot = RobotDrawing(self._scene, replay)
-            self._look_at(self._robot.compute(moment, marks))
         drawing = self._robot.compute(moment, marks)
-        if self._robot.place_world():
-            self._look_at(drawing, replay.target, among_walls=bool(replay.walls))
+        if self._robot.place_world() or is_new:
+            self._look_at(drawing, replay)
         with self._client.atomic():
             self._robot.show(index, drawing, marks, self._camera.facing)
         centre = drawing.centres[:, :2].mean(axis=0)
@@ -97,16 +97,14 @@ class Arena:
             self._robot.remove()
         self._robot = None
 
-    def _look_at(
-        self, drawing: Drawing, target: np.ndarray | None = None, *, among_walls: bool = False
-    ) -> None:
+    def _look_at(self, drawing: Drawing, replay: Playable) -> None:
         """Show the robot and its target; among walls from behind the robot, so that none hides the way."""
-        centre = drawing.centres[:, :2].mean(axis=0)
         places, towards = drawing.centres[:, :2], EYE
-        if target is not None:
-            places = np.concatenate([places, target[None]])
-            if among_walls:
-                x, y = (target - centre) / np.linalg.norm(target - centre)
+        centre = places.mean(axis=0)
+        if replay.target is not None:
+            places = np.concatenate([places, replay.target[None]])
+            if replay.walls:
+                x, y = (replay.target - centre) / np.linalg.norm(replay.target - centre)
                 towards = np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]]) @ EYE_BEHIND
         corners = np.column_stack([places, np.zeros(len(places))])[:, None] + AROUND
         self._camera.start_following(centre)

@@ -30,11 +30,11 @@ class DumpSession:
     """
 
     def __init__(self, client: viser.ClientHandle, dump: Dump) -> None:
-        gui = client.gui
+        gui, camera = client.gui, SceneCamera(client)
         dock(gui)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
-        self._arena = Arena(client, SceneCamera(client))
+        self._arena = Arena(client, camera)
         self._player = Player(self._show_moment, lambda: self._transport.refresh())
         self._transport = transport.TransportPanel(
             client,

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import viser
 
+from engine.turns import rotation_rows
 from viz.framing import Window, eye_showing
 
 PATIENCE = 5.0
@@ -36,13 +37,8 @@ class SceneCamera:
     @property
     def facing(self) -> np.ndarray:
         """The (2, 3) directions in the world that are right and up on the screen."""
-        w, x, y, z = self._client.camera.wxyz.tolist()
-        return np.array(
-            [
-                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
-                [2.0 * (w * z - x * y), 2.0 * (x * x + z * z) - 1.0, -2.0 * (y * z + w * x)],
-            ]
-        )
+        right, down, _ahead = np.array(rotation_rows(self._client.camera.wxyz)).T
+        return np.stack([right, -down])
 
     def show(self, points: np.ndarray, towards: np.ndarray) -> None:
         """Show points above the panel that covers the lower edge.

@@ -8,6 +8,7 @@ import numpy as np
 
 from engine import servo
 from engine import tensegrity as t
+from engine.turns import points_on
 
 _PASSIVE: Final = [(t.rod_of(n), t.passive_anchor(n, o)) for a, b in t.CABLES for n, o in ((a, b), (b, a))]
 _INTERNAL: Final = [
@@ -29,10 +30,7 @@ def internal_lengths(pose: np.ndarray) -> np.ndarray:
     Args:
         pose: (..., 6, 7) positions in m and quaternions (w, x, y, z) of a module's rods.
     """
-    rod, place = END_RODS[_FIRST_INTERNAL:], END_PLACES[_FIRST_INTERNAL:]
-    pose = np.asarray(pose, dtype=float)
-    u, w = pose[..., rod, 4:], pose[..., rod, 3:4]
-    points = pose[..., rod, :3] + place + 2.0 * np.cross(u, np.cross(u, place) + w * place)
+    points = points_on(pose.astype(float), END_RODS[_FIRST_INTERNAL:], END_PLACES[_FIRST_INTERNAL:])
     ends = points.reshape(*points.shape[:-2], -1, 2, 3)
     return np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
 

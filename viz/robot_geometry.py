@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from engine import tensegrity as t
 from engine.cables import END_PLACES, END_RODS, internal_tension, passive_tension
 from engine.morphology import Morphology
+from engine.turns import points_on
 from viz import theme
 
 ROD_DRAWN_RADIUS = 0.0021
@@ -112,8 +113,9 @@ class RobotGeometry:
             tension: whether the colours of the cables show it.
         """
         n = len(poses)
-        position, turn = poses[..., :3].astype(np.float32), poses[..., 3:].astype(np.float32)
-        points = position[..., self._rod, :] + _turned(self._local, turn, self._rod)
+        poses = poses.astype(np.float32)
+        position, turn = poses[..., :3], poses[..., 3:]
+        points = points_on(poses, self._rod, self._local)
         nodes = points[..., : self._n_fixed, :]
         ends = points[..., self._n_fixed :, :].reshape(*points.shape[:2], -1, 2, 3)
         shares = self._tensions(ends, lengths)
@@ -150,27 +152,6 @@ def full_tension(morphology: Morphology) -> float:
     """Return the tension in N at which a passive cable of a robot is drawn in its full colour."""
     length = (1.0 + STRAIN_FULL_COLOR) * t.CABLE_REST_LENGTH
     return float(passive_tension(length, np.array(max(morphology.stiffnesses))))
-
-
-def _turned(local: np.ndarray, turns: np.ndarray, rod: np.ndarray) -> np.ndarray:
-    """Return (..., points, 3) points (points, 3) of rods, turned as their rods are.
-
-    Args:
-        local: the points, from the middles of their rods.
-        turns: (..., rods, 4) unit quaternions (w, x, y, z) of all rods.
-        rod: (points,) which rod each is on.
-    """
-    w, x, y, z = np.moveaxis(turns, -1, 0)
-    # far fewer rods than points: from matrices
-    matrix = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    out = np.empty((*turns.shape[:-2], *local.shape), dtype=turns.dtype)
-    for k, row in enumerate(matrix):
-        out[..., k] = sum(part[..., rod] * along for part, along in zip(row, local.T, strict=True))
-    return out
 
 
 def _blend(low: tuple[int, ...], high: tuple[int, ...], part: np.ndarray) -> np.ndarray:
