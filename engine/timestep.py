@@ -12,7 +12,7 @@ import math
 from typing import Final
 
 from engine.errors import InvalidData
-from engine.robot import Physics
+from engine.robot import MOST_PARTS, Physics
 
 ROD_BRAKING_RATE: Final = 12_700.0
 """Largest rate in 1/s at which the cables brake a turning rod, all inertia real."""
@@ -65,15 +65,20 @@ def with_inertia(physics: Physics, inertia_scale: float) -> Physics:
     what is stable, down to the next whole fraction of the control period.
 
     Raises:
-        InvalidData: the scale is out of range.
+        InvalidData: the scale is out of range, or so small that a control period would need too many steps.
     """
     if not inertia_scale > 0.0:
         raise InvalidData(f"physics: inertia_scale must be positive, not {inertia_scale}")
     rod_inertia = 1.0 if inertia_scale == 1.0 else physics.rod_inertia
     changed = dataclasses.replace(physics, inertia_scale=inertia_scale, rod_inertia=rod_inertia)
     wanted = min(1.0, physics.timestep / largest_timestep(physics)) * largest_timestep(changed)
-    wanted = min(wanted, _contact_limit(physics))
-    return dataclasses.replace(changed, timestep=_whole_fraction(physics, wanted))
+    timestep = _whole_fraction(physics, min(wanted, _contact_limit(physics)))
+    if physics.control_period / timestep > MOST_PARTS:
+        raise InvalidData(
+            f"physics: inertia_scale {inertia_scale:g} would need a time step of {timestep:.3g} s, more than"
+            f" {MOST_PARTS} in a control period; choose a larger scale"
+        )
+    return dataclasses.replace(changed, timestep=timestep)
 
 
 def _contact_limit(physics: Physics) -> float:

@@ -15,12 +15,18 @@ from engine.timestep import check_timestep, largest_timestep, with_inertia
 
 
 @examples(100)
-@given(st.floats(1e-3, 1e3), st.sampled_from([0.004, 0.002, 0.0005]))
+@given(st.floats(0.003, 1e3), st.sampled_from([0.004, 0.002, 0.0005]))
 def test_another_inertia_comes_with_a_time_step_that_fits(scale, timestep):
     physics = with_inertia(Physics(timestep=timestep), scale)
     assert physics.inertia_scale == scale
     assert physics.timestep <= largest_timestep(physics) * (1 + 1e-6)
     check_timestep(physics)
+
+
+def test_an_inertia_that_needs_too_many_time_steps_is_refused_by_its_name():
+    with pytest.raises(InvalidData, match=r"inertia_scale 0\.002 would need .* choose a larger scale"):
+        with_inertia(Physics(timestep=0.0005), 0.002)
+    assert with_inertia(Physics(timestep=0.004), 0.002).inertia_scale == 0.002
 
 
 def test_the_same_inertia_keeps_the_time_step():
