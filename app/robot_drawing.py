@@ -31,6 +31,8 @@ BOX_EDGES = np.array(
     ]
 )
 """(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
+N_SIDES = 10
+"""Of a rod as it is drawn: a computer without a graphics card feels every triangle."""
 COLOR_STEP = 3
 """Frames between two colours of the cables: they change slowly, and are a seventh of what a frame takes."""
 
@@ -59,13 +61,13 @@ class RobotDrawing:
         geometry = RobotGeometry(replay.morphology, replay.head.module)
         self._drawn = DrawnReplay(geometry, replay)
         drawing = self._drawn.at(replay.start_time, tension=True)
-        cylinder = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=12)
+        tube = _tube(N_SIDES)
         sphere = trimesh.creation.icosphere(subdivisions=1)
         n_rods = len(drawing.rod_positions)
         self._rods = scene.add_batched_meshes_simple(
             f"{prefix}/robot/rods",
-            cylinder.vertices,
-            cylinder.faces,
+            tube.vertices,
+            tube.faces,
             batched_wxyzs=drawing.rod_turns,
             batched_positions=drawing.rod_positions,
             batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
@@ -81,6 +83,7 @@ class RobotDrawing:
             batched_scales=geometry.node_radii,
             batched_colors=theme.linear(geometry.node_colors),
             lod="off",
+            cast_shadow=False,  # the rods' are enough to see where the robot touches the ground
         )
         self._cables = scene.add_line_segments(
             f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
@@ -171,3 +174,11 @@ class RobotDrawing:
                     f"{self._prefix}/walls/edges", points, theme.WALL_EDGE, thickness=0.002
                 )
             )
+
+
+def _tube(n_sides: int) -> trimesh.Trimesh:
+    """Return a cylinder of radius and height 1 without its ends, which lie within the nodes."""
+    tube = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=n_sides)
+    tube.update_faces(np.abs(tube.face_normals[:, 2]) < 0.5)
+    tube.remove_unreferenced_vertices()
+    return tube

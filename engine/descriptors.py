@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from sklearn.decomposition import PCA
-from sklearn.preprocessing import StandardScaler
 from threadpoolctl import threadpool_limits
 
 from engine.archive import Cell
@@ -103,6 +101,10 @@ class TrajectoryDescriptor:
         Args:
             data: (n, features) sensory data.
         """
+        # here, because they take a second of every command and of every worker, few of which fit anything
+        from sklearn.decomposition import PCA
+        from sklearn.preprocessing import StandardScaler
+
         # one thread: the number of threads changes the last bits
         with threadpool_limits(1):
             scaler = StandardScaler().fit(data)
