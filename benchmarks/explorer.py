@@ -34,7 +34,7 @@ from benchmarks.timing import machine
 from engine.config import preset
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.tensegrity import MAX_MODULES
+from engine.tensegrity import MAX_MODULES, MIN_MODULES
 
 UNCACHED: Final = 0.6
 CACHED: Final = 0.15
@@ -80,7 +80,7 @@ class Arguments:
     updates: int = 10
     """Generations to add to a run that is watched."""
     quick: bool = False
-    """Few of everything: shows that the benchmark works, not what the explorer can do."""
+    """Few of everything and small robots: shows that the benchmark works, not what the explorer can do."""
 
 
 def main(arguments: Arguments) -> int:
@@ -99,13 +99,14 @@ def main(arguments: Arguments) -> int:
 
     with tempfile.TemporaryDirectory(prefix="tensatlas-benchmark-") as name:
         folder = Path(name)
-        ten = folder / "ten.tsmr"
+        clicked = folder / "clicked.tsmr"
         n_robots = a.selections if wanted("memory") else a.clicks
+        modules = MIN_MODULES if a.quick else MAX_MODULES
         if wanted("clicks", "replays", "memory", "opening"):
-            write_run(ten, evaluations=2 * n_robots + 200, initial=200, modules=MAX_MODULES)
+            write_run(clicked, evaluations=2 * n_robots + 200, initial=200, modules=modules)
         if wanted("clicks", "replays", "memory"):
-            robots = places(ten)
-            with explorer([ten], folder) as server:
+            robots = places(clicked)
+            with explorer([clicked], folder) as server:
                 if wanted("clicks"):
                     rows += first_frames(server, robots, a.clicks)
                 if wanted("replays"):
@@ -115,7 +116,7 @@ def main(arguments: Arguments) -> int:
         if wanted("opening"):
             long = folder / "long.tsmr"
             write_run(long, evaluations=a.evaluations)
-            with explorer([ten, long], folder) as server:
+            with explorer([clicked, long], folder) as server:
                 rows += opening(server, a.evaluations)
         if wanted("updating"):
             rows += updating(folder, a.evaluations, a.updates)
