@@ -107,7 +107,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # a target of one's own: where the ground is clicked
         choose(page, "Target", "elsewhere…")
-        expect(page.get_by_text("Click on the ground")).to_be_visible()
+        expect(page.get_by_text("Click on the ground where the target is to be.")).to_be_visible()
         # the scene takes clicks once its cursor says so
         expect(page.locator("canvas[data-engine]")).to_have_css("cursor", "pointer")
         page.mouse.click(700, 300)

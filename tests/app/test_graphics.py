@@ -1,0 +1,47 @@
+"""What a browser without a graphics card is spared."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.explore import serve
+from app.graphics import draws_in_software
+from benchmarks.synthetic_browser import SyntheticBrowser
+
+SWIFTSHADER = (
+    "ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device (Subzero) (0x0000C0DE)), SwiftShader driver-5.0.0)"
+)
+
+
+@pytest.mark.parametrize(
+    ("renderer", "expected"),
+    [
+        (SWIFTSHADER, True),
+        ("ANGLE (Mesa, llvmpipe (LLVM 19.1.7 256 bits), OpenGL 4.5)", True),
+        ("ANGLE (Microsoft, Microsoft Basic Render Driver Direct3D11 vs_5_0 ps_5_0, D3D11)", True),
+        ("ANGLE (NVIDIA, NVIDIA GeForce RTX 3060 Direct3D11 vs_5_0 ps_5_0, D3D11)", False),
+        ("Apple GPU", False),
+        ("", False),
+        ("software" * 1000, False),
+    ],
+)
+def test_renderers_without_a_graphics_card_are_known(renderer: str, expected: bool) -> None:
+    assert draws_in_software(renderer) == expected
+
+
+def test_only_a_browser_that_draws_in_software_goes_without_shadows(small_run: Path) -> None:
+    def lights(message: dict[str, Any]) -> bool:
+        return message["type"] == "EnableLightsMessage"
+
+    with serve([small_run], host="127.0.0.1", port=0) as server:
+        address = f"http://127.0.0.1:{server.get_port()}"
+        with SyntheticBrowser(address, patience=2.0) as browser:
+            browser.set("graphics", "Apple GPU|1")
+            with pytest.raises(TimeoutError):
+                browser.wait(lights, 0)
+        with SyntheticBrowser(address) as browser:
+            browser.set("graphics", f"{SWIFTSHADER}|1")
+            browser.wait(lambda message: lights(message) and not message["cast_shadow"], 0)
