@@ -5,28 +5,34 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Callable
+from typing import Final
 
 import viser
 
 from app.viser_private import uuid_of
 from app.widgets import add_channel
 
+AGAIN_MS: Final = 700
+"""Milliseconds until a value that has not arrived is sent again."""
 _CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
 
-def sender(uuid: str, value: str) -> str:
+def sender(uuid: str, value: str, *, until: str = "") -> str:
     """Return JavaScript that sets an input as if the user had; it waits for the input to appear.
 
     Args:
         uuid: of the input.
         value: a JavaScript expression; an equal value twice is not noticed.
+        until: a JavaScript expression that is true once the value has arrived; until then it is sent again
+            and again. Of what is set within 50 ms viser's client may drop all but the last.
     """
+    stop, again = (f"if({until})return;", f"if(n)setTimeout(go,{AGAIN_MS},n-1)") if until else ("", "")
     return (
-        f"var v={value};(function go(n){{var e=document.querySelector('label[for=\"{uuid}\"]'),i=null;"
+        f"(function go(n){{{stop}var e=document.querySelector('label[for=\"{uuid}\"]'),i=null;"
         "while(e&&!(i=e.querySelector('input')))e=e.parentElement;"
         "if(!i){if(n)setTimeout(go,100,n-1);return}"
         "Object.getOwnPropertyDescriptor(HTMLInputElement.prototype,'value').set"
-        ".call(i,v);i.dispatchEvent(new Event('input',{bubbles:true}))})(99)"
+        f".call(i,{value});i.dispatchEvent(new Event('input',{{bubbles:true}}));{again}}})(99)"
     )
 
 

@@ -26,16 +26,22 @@ class PageValue:
     ) -> None:
         self._known = False
         channel = add_channel(gui, label)
-        gui.add_html(script(sender(uuid_of(channel), f"{expression}+'|'+Date.now()")))
         self._writer = gui.add_html("")
+        arrivals, key = "window.taArrived", f"'{uuid_of(channel)}'"
+        self._tell = f"({arrivals}={arrivals}||{{}})[{key}]=1;"
 
         @channel.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None and not self._known:
                 self._known = True
+                self.change("")
                 arrived(str(event.target.value).rpartition("|")[0])
+
+        # last: a browser may answer at once
+        value, known = f"{expression}+'|'+Date.now()", f"({arrivals}||{{}})[{key}]"
+        gui.add_html(script(sender(uuid_of(channel), value, until=known)))
 
     def change(self, code: str) -> None:
         """Run JavaScript that changes the value, unless that would be gone before it was read."""
         if self._known:
-            put_html(self._writer, script(code))
+            put_html(self._writer, script(self._tell + code))

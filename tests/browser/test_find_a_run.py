@@ -15,6 +15,15 @@ from engine.reader import RunReader
 from engine.records import cell_name
 
 Visit = Callable[[str], Page]
+LOSE_WHAT_IS_SENT_FIRST = """
+const post = Worker.prototype.postMessage;
+window.lost = 0;
+Worker.prototype.postMessage = function(data, ...rest) {
+    if (data?.message?.type === 'GuiUpdateMessage' && window.lost < 4) { window.lost += 1; return; }
+    return post.call(this, data, ...rest);
+};
+"""
+"""What viser's client does with inputs that are set within 50 ms, all but the last."""
 
 
 def test_an_address_leads_to_a_robot_follows_the_selection_and_outlives_a_restart(
@@ -55,6 +64,17 @@ def test_an_address_leads_to_a_robot_follows_the_selection_and_outlives_a_restar
         page.reload()
         expect(page.get_by_text(f"morphology cell {cell_name(old_cell)}")).to_be_visible()
         expect(page).to_have_url(re.compile(rf"robot={old_number}&generation=0$"))
+
+
+def test_an_address_that_is_lost_on_its_way_is_sent_again(
+    workplace: Path, visit: Visit, small_run: Path, grid_run: Path
+) -> None:
+    with serve([grid_run, small_run], host="127.0.0.1", port=0) as server:
+        page = visit("about:blank")
+        page.add_init_script(LOSE_WHAT_IS_SENT_FIRST)
+        page.goto(f"http://127.0.0.1:{server.get_port()}/?run=small")
+        expect(page.locator(".ta-run b")).to_have_text("small")
+        assert page.evaluate("window.lost") == 4
 
 
 def test_a_run_is_uploaded_checked_and_shown(
