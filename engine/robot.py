@@ -83,7 +83,10 @@ class Physics:
             ("1 s must be a whole number of control periods", 1.0 / self.control_period),
         ):
             if not 1.0 <= ratio <= MOST_PARTS or abs(ratio - round(ratio)) > 1e-6:
-                raise InvalidData(f"physics: {what}, {MOST_PARTS} at most")
+                raise InvalidData(
+                    f"physics: {what}, {MOST_PARTS} at most; timestep is {self.timestep:.9g} s,"
+                    f" control_period {self.control_period:.9g} s"
+                )
 
     @property
     def steps_per_control(self) -> int:
