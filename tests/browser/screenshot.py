@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from pathlib import Path
 
@@ -10,16 +9,15 @@ from playwright.sync_api import sync_playwright
 
 from app.explore import serve
 from app.library import PROJECT_ARCHIVES, Library
+from tests.browser.software_chromium import launch
 
-FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 WAIT = 90_000
 
 
 def take(out: Path, run: Path, seconds: float, size: tuple[int, int] = (1600, 900)) -> None:
     """Open a run, choose its best robot and wait until its replay has reached a time."""
     with serve([run], host="127.0.0.1", port=0) as server, sync_playwright() as playwright:
-        found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
-        browser = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+        browser = launch(playwright)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(WAIT)
         page.goto(f"http://127.0.0.1:{server.get_port()}")
