@@ -6,7 +6,7 @@ import viser
 
 from app import transport
 from app.arena import Arena
-from app.graphics import Graphics
+from app.graphics import spare_software_rendering
 from app.marks import Marks
 from app.player import Player
 from app.robot_panel import WIDTH, dock
@@ -52,7 +52,7 @@ class DumpSession:
         self._transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))
         self._transport.refresh()
-        Graphics(client)
+        spare_software_rendering(client)
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""

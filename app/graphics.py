@@ -25,19 +25,14 @@ def draws_in_software(renderer: str) -> bool:
     return len(renderer) <= MAX_LENGTH and any(name in renderer.lower() for name in SOFTWARE)
 
 
-class Graphics:
-    """Asks a browser once what draws its scene, and leaves out shadows where that is its processor.
+def spare_software_rendering(client: viser.ClientHandle) -> None:
+    """Ask a browser once what draws its scene, and leave out shadows where that is its processor.
 
     Each of three shadow maps draws the whole robot once more, which takes two fifths of a frame then.
-
-    Args:
-        client: the browser.
     """
 
-    def __init__(self, client: viser.ClientHandle) -> None:
-        self._scene = client.scene
-        self._value = PageValue(client.gui, "graphics", _RENDERER, self._spare)
-
-    def _spare(self, renderer: str) -> None:
+    def arrived(renderer: str) -> None:
         if draws_in_software(renderer):
-            self._scene.configure_default_lights(cast_shadow=False)
+            client.scene.configure_default_lights(cast_shadow=False)
+
+    PageValue(client.gui, "graphics", _RENDERER, arrived)

@@ -1,4 +1,4 @@
-"""A value that lives in a browser's page: its address, or what its tab remembers."""
+"""A value that lives in a browser's page: its address, what its tab remembers, what draws it."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from app.chosen_robot import ChosenRobot
 from app.color_controls import ColorWish
 from app.compare_panel import ComparePanel
 from app.generation_player import GenerationPlayer
-from app.graphics import Graphics
+from app.graphics import spare_software_rendering
 from app.library import Library, RunStatus
 from app.map_board import MapBoard
 from app.navigation import Navigation
@@ -89,7 +89,7 @@ class Session:
         self._navigation = Navigation(client, self, self._robot, self._state, library, self._actions)
         self._navigation.begin()
         self._robot.takeaway.begin(client.gui)
-        Graphics(client)
+        spare_software_rendering(client)
 
     def open_next(self) -> None:
         """Show the run below the shown one in the list, after the last the first."""
