@@ -1,7 +1,7 @@
 import dataclasses
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
@@ -15,8 +15,13 @@ from engine.timestep import check_timestep, largest_timestep, with_inertia
 
 
 @examples(100)
-@given(st.floats(0.003, 1e3), st.sampled_from([0.004, 0.002, 0.0005]))
+@given(st.floats(1e-3, 1e3), st.sampled_from([0.004, 0.002, 0.0005]))
 def test_another_inertia_comes_with_a_time_step_that_fits(scale, timestep):
+    assume(not 0.00279 < scale < 0.0028)  # somewhere here the finest step becomes too fine
+    if timestep == 0.0005 and scale < 0.0028:
+        with pytest.raises(InvalidData, match="choose a larger scale"):
+            with_inertia(Physics(timestep=timestep), scale)
+        return
     physics = with_inertia(Physics(timestep=timestep), scale)
     assert physics.inertia_scale == scale
     assert physics.timestep <= largest_timestep(physics) * (1 + 1e-6)
