@@ -9,10 +9,10 @@ from rich.console import Console
 from app import commands as c
 from app.elites import find_elite
 from app.robot_folder import robot_folder
-from engine.csv_text import csv_text
 from engine.errors import ExportError, InvalidData, TensAtlasError
 from engine.export import check_folder, write_folder
 from engine.fabrication.materials import Materials, load_materials
+from engine.files import csv_text
 from engine.reader import RunReader
 from engine.records import cell_name, parse_cell
 from viz.build_sheet.facts import Place

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engine.morphology import Morphology
+from engine.body.morphology import Morphology
 from engine.replay import Frame, Replay
 from engine.simulation import Head
 from engine.walls import Wall

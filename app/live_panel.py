@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from app.widgets import put_html
-from engine.cables import contraction, internal_lengths
+from engine.body.kinematics import contraction, internal_lengths
 from engine.config import RunConfig
 from engine.dump_replay import DumpReplay
 from engine.evaluation import Evaluation

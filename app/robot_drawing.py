@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from app.marks import MarkLayer, Marks
 from app.viser_private import put_arrays
+from engine.body.module import ROD_LENGTH
 from engine.replay import Playable
-from engine.tensegrity import ROD_LENGTH
 from engine.walls import Wall
 from viz import theme
 from viz.drawn_replay import DrawnReplay

@@ -12,14 +12,14 @@ from typing import Any, Final
 import numpy as np
 
 from app.recording import Progress
-from engine import servo
-from engine import tensegrity as t
-from engine.csv_text import csv_text
+from engine.body import module as t
+from engine.body import servo
 from engine.errors import InvalidData
 from engine.export import export_files, simulate_trial
 from engine.fabrication.files import fabrication_files
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
+from engine.files import csv_text
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.run import versions

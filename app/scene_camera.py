@@ -7,7 +7,7 @@ import time
 import numpy as np
 import viser
 
-from engine.turns import rotation_rows
+from engine.body.turns import rotation_rows
 from viz.framing import Window, eye_showing
 
 PATIENCE = 5.0

@@ -12,10 +12,10 @@ import viser
 from app.actions import Actions
 from app.clicks import ClickChannel
 from app.widgets import put, put_html
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology
 from engine.tasks import get_task
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
 from viz import what_if as view
 from viz.robot_differences import Entry

@@ -31,10 +31,10 @@ from benchmarks.server_process import ServerProcess, explorer
 from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_with, moves_robot
 from benchmarks.synthetic_run import SyntheticRun, write_run
 from benchmarks.timing import machine
+from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.config import preset
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.tensegrity import MAX_MODULES, MIN_MODULES
 
 UNCACHED: Final = 0.6
 CACHED: Final = 0.15

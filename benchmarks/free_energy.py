@@ -21,16 +21,16 @@ import numpy as np
 import tyro
 
 from engine.batch import SimulationBatch
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import RunFileError, TensAtlasError
 from engine.evaluation import Evaluation
-from engine.morphology import Morphology
 from engine.motion import MotionRecorder
 from engine.reader import RunReader
 from engine.robot import Physics, build_robot
 from engine.simulation import settle
 from engine.tasks import get_task
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.verify import Samples, changed_physics, resimulate
 
 QUARTER: Final = 0.25

@@ -34,6 +34,7 @@ from rich.console import Console
 
 from app.upload import keep
 from benchmarks.rows import Row, show
+from engine.body.morphology import Morphology
 from engine.checkup import check_run
 from engine.config import RunConfig, from_json, preset, to_json
 from engine.controller import Controller
@@ -43,7 +44,6 @@ from engine.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.history import Failure
 from engine.lock import holder_of, is_being_written, lock_path
-from engine.morphology import Morphology
 from engine.network import NetworkBatch
 from engine.reader import RunReader
 from engine.recovery import recover

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from engine.body.morphology import Morphology
 from engine.controller import ConnectionGene, Controller, NodeGene
-from engine.morphology import Morphology
 from engine.simulation import Head
 
 FOLDER: Final = Path(__file__).parent.parent / "tests" / "reference"

@@ -23,6 +23,7 @@ import numpy as np
 import tyro
 
 from engine import run
+from engine.body.morphology import Morphology
 from engine.computer import Origin, this_computer
 from engine.config import RunConfig, preset
 from engine.controller import Neat
@@ -32,7 +33,6 @@ from engine.distributed.pool import Died, PoolEvaluator, Workers
 from engine.distributed.processes import ProcessWorkers
 from engine.errors import TensAtlasError
 from engine.evaluation import Evaluation, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.tasks import get_task
 
 SECONDS_PER_TRIAL = {2: 0.51, 4: 0.94, 6: 1.34, 8: 1.81, 10: 2.66}

@@ -15,12 +15,12 @@ import time
 import numpy as np
 import tyro
 
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.controller import Neat
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.robot import Physics
 from engine.tasks import GOAL_REACHING, get_task
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,9 @@ import numpy as np
 
 from benchmarks import reference
 from benchmarks.rows import Row
-from engine import servo
-from engine import tensegrity as t
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.robot import Physics, RobotModel, build_robot
 
 HOLD: Final = 5.0

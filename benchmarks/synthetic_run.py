@@ -12,15 +12,15 @@ import numpy as np
 from engine.algorithms.base import Axis
 from engine.algorithms.maps import morphology_archive, morphology_axes
 from engine.archive import Cell, GridArchive
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.controller import Neat
 from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import Morphology
 from engine.run import statistics, versions
 from engine.store import RunWriter
 from engine.tasks import fitness, get_task
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 
 N_CONTROLLERS = 48
 N_MUTATIONS = 10

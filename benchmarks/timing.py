@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from mujoco import batch
 
+from engine.body.morphology import Morphology
 from engine.computer import processor_facts
 from engine.controller import Controller
-from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
 from engine.simulation import ClosedLoop, Head, build_robots, settle
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME, target_offsets

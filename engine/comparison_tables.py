@@ -6,7 +6,7 @@ from typing import Final
 
 from engine import published
 from engine.comparison import Comparison
-from engine.csv_text import csv_text
+from engine.files import csv_text
 
 MEASURES: Final = {
     "best": "best_f_s_cm",

@@ -10,9 +10,9 @@ from typing import Any, Final, Literal
 from engine.algorithms.dm_me import check_cell_capacity
 from engine.algorithms.map_search import PAPER_REFITS, check_overlap, check_schedule
 from engine.algorithms.vie_neat import VieNeatConfig
+from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
-from engine.morphology import StiffnessMode
 from engine.robot import Physics
 from engine.tasks import get_task
 

@@ -15,8 +15,8 @@ import neat
 from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 
+from engine.body.module import MAX_MODULES
 from engine.errors import InvalidData
-from engine.tensegrity import MAX_MODULES
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""

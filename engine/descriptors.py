@@ -9,8 +9,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from engine.archive import Cell
-from engine.morphology import Morphology, StiffnessMode
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology, StiffnessMode
 
 N_SIZES: Final = MAX_MODULES - MIN_MODULES + 1
 MORPHOLOGY_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS)

@@ -22,16 +22,16 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
+from engine.body.module import SERVO_NODES
+from engine.body.morphology import Morphology
 from engine.config import RunConfig, physics_from_json
 from engine.controller import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
 from engine.evaluation import MAX_REPEATS, FailedTrial, Solution, Stage
 from engine.history import MAX_UPDATES, Failure
 from engine.mjcf import xml_with_state
-from engine.morphology import Morphology
 from engine.robot import Physics, RobotModel, build_robot, build_spec, with_walls
 from engine.tasks import get_task
-from engine.tensegrity import SERVO_NODES
 from engine.walls import MAX_WALLS, Wall, add_walls
 from engine.zip_file import read_zip, zip_bytes
 

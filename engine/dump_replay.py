@@ -8,10 +8,10 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from engine.body.morphology import Morphology
 from engine.contacts import ContactFinder
 from engine.dump import Dump
 from engine.guard import ARENA_RADIUS, Guard
-from engine.morphology import Morphology
 from engine.replay import Frame
 from engine.simulation import Head
 

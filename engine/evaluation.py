@@ -13,10 +13,10 @@ from typing import Any, Final, Literal, Protocol, Self
 
 import numpy as np
 
+from engine.body.morphology import Morphology
 from engine.controller import Controller
 from engine.errors import InvalidData
 from engine.history import Failure
-from engine.morphology import Morphology
 from engine.robot import Physics
 from engine.simulation import (
     OPEN_LOOP_TIME,

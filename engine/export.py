@@ -20,13 +20,13 @@ import mujoco
 import numpy as np
 
 from engine import config as configuration
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.evaluation import Evaluation
 from engine.fabrication.bill_of_materials import total_mass
 from engine.mjcf import xml_with_state
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.replay import Replay
 from engine.robot import build_spec

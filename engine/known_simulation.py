@@ -14,9 +14,9 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from engine.body.morphology import Morphology
 from engine.controller import Controller, Neat
 from engine.evaluation import Evaluation, LocalEvaluator, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.robot import Physics, body_fingerprint
 from engine.tasks import GOAL_REACHING
 

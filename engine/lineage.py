@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from engine.morphology import Morphology
+from engine.body.morphology import Morphology
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

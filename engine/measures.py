@@ -9,8 +9,8 @@ import numpy as np
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology
 
 TRAJECTORY_PREFIX: Final = "PCA"
 """Begins the name of every axis that is a principal component of the head's trajectory."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from engine.archive import Cell
+from engine.body.morphology import Morphology
 from engine.computer import Computer
 from engine.config import RunConfig, from_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
@@ -17,7 +18,6 @@ from engine.evaluation import Evaluation
 from engine.generations import Generation, Summary, finite
 from engine.lineage import Ancestor
 from engine.lock import is_being_written
-from engine.morphology import Morphology
 from engine.records import dump, from_row, parse_cell
 from engine.run_database import Damage, RunDatabase
 from engine.tasks import get_task, task_version

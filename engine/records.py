@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from engine.archive import Cell
+from engine.body.morphology import Morphology
 from engine.controller import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import Morphology
 
 
 def cell_name(cell: Cell) -> str:

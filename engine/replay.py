@@ -9,11 +9,11 @@ from typing import Final, Protocol, Self
 
 import numpy as np
 
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
 from engine.evaluation import Evaluation, fresh_number, noise_seed
-from engine.morphology import Morphology
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
 from engine.timestep import check_timestep

@@ -18,9 +18,9 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology
 from engine.walls import Wall, add_walls
 
 # a diverging simulation is reported with its evaluation, not in a log file in the current folder

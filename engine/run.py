@@ -18,19 +18,19 @@ from engine.algorithms.map_elites import MapElites
 from engine.algorithms.snapshot import Snapshot
 from engine.algorithms.vie_neat import VieNeat
 from engine.archive import GridArchive
+from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.distributed.job import world_of
 from engine.distributed.pool import PoolEvaluator, Workers
 from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import body_fingerprint, build_robot
 from engine.store import RunWriter
 from engine.stream import LocalStream, Stream
 from engine.tasks import get_task, task_version
-from engine.tensegrity import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.timestep import check_timestep
 
 

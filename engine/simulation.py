@@ -16,12 +16,12 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from engine import servo
-from engine import tensegrity as t
 from engine.batch import Observer, SimulationBatch
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.controller import Controller
 from engine.history import Failure
-from engine.morphology import Morphology
 from engine.network import NetworkBatch
 from engine.robot import Physics, RobotModel, build_robot, face_rods, with_walls
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed

@@ -10,11 +10,11 @@ import numpy as np
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
-from engine.csv_text import csv_text
 from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
 from engine.evaluation import Evaluation
+from engine.files import csv_text
 from engine.measures import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.reader import RunReader
 from engine.records import cell_name, dump

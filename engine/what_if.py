@@ -11,15 +11,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
 from engine.evaluation import Evaluation, noise_seed
-from engine.morphology import Morphology
 from engine.replay import UPDATES_PER_FRAME, Frame
 from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
 from engine.tasks import fitness, get_task, target_offsets, worlds
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.timestep import check_timestep
 from engine.walls import Wall
 

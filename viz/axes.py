@@ -7,8 +7,8 @@ from typing import Final
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.body.module import stiffness_n_per_m
 from engine.measures import body_axes, cell_centre, trajectory_axes
-from engine.tensegrity import stiffness_n_per_m
 
 TITLES: Final = {
     "stiffness": "relative stiffness",

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell
+from engine.body.module import stiffness_n_per_m
+from engine.body.morphology import Morphology
 from engine.generations import Generation
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.tasks import get_task
-from engine.tensegrity import stiffness_n_per_m
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from engine import servo
+from engine.body import servo
 from engine.controller import ConnectionGene, Controller
 from engine.network import Network
 

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import ImageDraw
 from scipy.spatial.transform import Rotation
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.walls import Wall
 from viz.robot_geometry import Drawing
 

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.errors import ExportError
 from engine.interpolation import frame_at
 from engine.replay import Replay

@@ -6,12 +6,12 @@ import html
 
 import numpy as np
 
+from engine.body.module import stiffness_n_per_m
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.dump import Dump
 from engine.evaluation import Evaluation
-from engine.morphology import Morphology
 from engine.tasks import get_task
-from engine.tensegrity import stiffness_n_per_m
 from viz import theme
 
 _ROW = (

@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from engine import tensegrity as t
-from engine.cables import END_PLACES, END_RODS, internal_tension, passive_tension
-from engine.morphology import Morphology
-from engine.turns import points_on
+from engine.body import module as t
+from engine.body.kinematics import END_PLACES, END_RODS, internal_tension, passive_tension
+from engine.body.morphology import Morphology
+from engine.body.turns import points_on
 from viz import theme
 
 ROD_DRAWN_RADIUS = 0.0021

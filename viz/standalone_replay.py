@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.errors import ExportError
 from engine.replay import Replay
 from engine.tasks import get_task

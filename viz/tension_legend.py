@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine import tensegrity as t
+from engine.body import module as t
 from viz import theme
 
 

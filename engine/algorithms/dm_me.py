@@ -13,10 +13,10 @@ from engine.algorithms.base import Axis, Recall
 from engine.algorithms.map_search import PAPER_REFITS, MapSearch
 from engine.algorithms.maps import TrajectoryMap, morphology_archive, morphology_axes
 from engine.archive import Cell, DeepGridArchive, GridArchive
+from engine.body.morphology import StiffnessMode
 from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import StiffnessMode
 from engine.records import cell_name, parse_cell
 
 MAX_CELL_CAPACITY: Final = 1000

@@ -12,6 +12,7 @@ from engine.algorithms.base import Axis
 from engine.algorithms.map_search import PAPER_REFITS, MapSearch
 from engine.algorithms.maps import TrajectoryMap, morphology_axes
 from engine.archive import GridArchive
+from engine.body.morphology import StiffnessMode
 from engine.descriptors import (
     CONTROLLER_SHAPE,
     morphology_cell,
@@ -19,7 +20,6 @@ from engine.descriptors import (
     n_possible_morphology_cells,
 )
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import StiffnessMode
 
 
 class MapElites(MapSearch):

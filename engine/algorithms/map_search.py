@@ -11,9 +11,9 @@ from engine.algorithms.base import Algorithm, Recall
 from engine.algorithms.maps import TrajectoryMap
 from engine.algorithms.variation import Variation
 from engine.archive import Cell
+from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import StiffnessMode
 
 MAX_OVERLAP: Final = 200
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)

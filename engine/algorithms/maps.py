@@ -9,6 +9,8 @@ import numpy as np
 
 from engine.algorithms.base import Axis
 from engine.archive import Cell, GridArchive
+from engine.body.module import MAX_MODULES, MIN_MODULES
+from engine.body.morphology import StiffnessMode
 from engine.descriptors import (
     CONTROLLER_SHAPE,
     TrajectoryDescriptor,
@@ -17,8 +19,6 @@ from engine.descriptors import (
     sensory_data,
 )
 from engine.evaluation import Evaluation
-from engine.morphology import StiffnessMode
-from engine.tensegrity import MAX_MODULES, MIN_MODULES
 
 
 def morphology_archive(stiffness: StiffnessMode) -> GridArchive:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import random
 from typing import Any, Final
 
+from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
 from engine.controller import Neat
 from engine.evaluation import Solution
-from engine.morphology import StiffnessMode, mutate_morphology, random_morphology
 
 MUTATIONS: Final = ("morphology", "controller", "both")
 

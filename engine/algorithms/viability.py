@@ -27,7 +27,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from engine.morphology import Morphology, mutate_morphology, random_morphology
+from engine.body.morphology import Morphology, mutate_morphology, random_morphology
 
 TIE: Final = 1e-10
 """A distance of fitnesses in m that counts as none, that of the published configuration."""

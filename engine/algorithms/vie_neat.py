@@ -32,10 +32,10 @@ from engine.algorithms.pairing import pair_randomly, paired_fitness
 from engine.algorithms.variation import restore_rng, rng_state
 from engine.algorithms.viability import Candidate, Member, ViabilityPopulation
 from engine.archive import Cell, GridArchive
+from engine.body.morphology import StiffnessMode, random_morphology
 from engine.descriptors import morphology_cell
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation, Solution
-from engine.morphology import StiffnessMode, random_morphology
 
 MAX_SIZE = 10_000
 """Populations larger than this are refused."""

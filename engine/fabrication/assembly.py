@@ -11,13 +11,13 @@ import trimesh
 from manifold3d import Manifold
 from trimesh.visual.material import PBRMaterial
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication import servo_parts as sp
 from engine.fabrication import shapes, solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import CAP_TIP, Materials
 from engine.fabrication.module_state import CONTRACTED, HOLD, floating_module
-from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
 
 _COLOURS: Final = {

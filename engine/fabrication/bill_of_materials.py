@@ -9,16 +9,16 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
-from engine import servo
-from engine import tensegrity as t
-from engine.csv_text import csv_text
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials, load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.quantity import Source
 from engine.fabrication.rods import rods, stock_plan
 from engine.fabrication.servo_parts import drum_errors, groove_radii
-from engine.morphology import Morphology
+from engine.files import csv_text
 
 COLUMNS: Final = (
     "part",

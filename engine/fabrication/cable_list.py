@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.module_state import CONTRACTED, floating_module
-from engine.morphology import Morphology
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,8 @@ from typing import Final
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.materials import (
     MAX_TAIL,
     MIN_TAIL,
@@ -28,7 +29,6 @@ from engine.fabrication.materials import (
 )
 from engine.fabrication.module_state import CONTRACTED, floating_module
 from engine.fabrication.quantity import Source, least_certain
-from engine.morphology import Morphology
 
 EYELET_WALL: Final = 0.0018
 """Width of the ring round an eyelet's hole, in m; it counts as rigid."""

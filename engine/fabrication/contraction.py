@@ -12,7 +12,7 @@ import itertools
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication import tolerances
 from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from engine import tensegrity as t
-from engine.csv_text import csv_text
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.assembly import robot_glb
 from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.fabrication.cable_list import cables
@@ -15,7 +15,7 @@ from engine.fabrication.net import module_net
 from engine.fabrication.net_files import dxf_bytes, svg_bytes
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.rods import rods
-from engine.morphology import Morphology
+from engine.files import csv_text
 
 
 def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str, bytes]:

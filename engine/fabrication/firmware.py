@@ -18,8 +18,8 @@ from typing import Final
 
 import numpy as np
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
 from engine.config import RunConfig
 from engine.evaluation import Evaluation
 from engine.network import Plan

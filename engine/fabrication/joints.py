@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from engine import tensegrity as t
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.robot import module_placements
 
 

@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import GROUPS, Part, parts
 from engine.fabrication.materials import Materials
 from engine.fabrication.servo_parts import servo_rod_centre_of_mass
-from engine.morphology import Morphology
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ import importlib.resources
 from pathlib import Path
 from typing import Final, Literal, get_args
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.errors import InvalidData
 from engine.fabrication.quantity import Source
 from engine.fabrication.units_in_keys import number, read_table, text_value

@@ -13,8 +13,8 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
 from engine.robot import Physics, build_spec
 
 HOLD: Final = 5.0

@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication.cables import EYELET_WALL, CableDesign
 from engine.fabrication.materials import Printer
 

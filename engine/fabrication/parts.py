@@ -8,7 +8,8 @@ from typing import Final
 
 from manifold3d import Manifold
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication import solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import Materials
@@ -16,7 +17,6 @@ from engine.fabrication.net import module_net
 from engine.fabrication.pull_test import coupon
 from engine.fabrication.servo_parts import laid, mount_blank, servo_drum, servo_mount
 from engine.fabrication.shapes import cap, coupon_solid, link, net_solid
-from engine.morphology import Morphology
 
 FLEXIBLE_DENSITY: Final = 1190.0
 """Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Final
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.assembly import servo_clearance
 from engine.fabrication.cables import Problem, cable_problems, design_cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import LAYOUTS, lay_out
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.servo_parts import required_torque
-from engine.morphology import Morphology
 
 LEAST_GAP: Final = 0.5
 """Between a servo and the module's other rods, in mm."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Final
 
+from engine.body.morphology import Morphology
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import Materials
-from engine.morphology import Morphology
 
 GAUGE_LENGTH: Final = 0.060
 """Free length of the coupon, in m."""

@@ -6,9 +6,9 @@ import dataclasses
 import math
 from typing import Literal
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.materials import CAP_TIP, Materials
-from engine.morphology import Morphology
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from manifold3d import Manifold
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
 from engine.fabrication import solids
 from engine.fabrication.materials import Materials, Printer, ServoMotor
 from engine.fabrication.module_state import floating_module

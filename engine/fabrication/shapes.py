@@ -15,7 +15,7 @@ from manifold3d import Manifold
 from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import unary_union
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication import solids
 from engine.fabrication.cables import CableDesign
 from engine.fabrication.materials import CAP_TIP, Printer

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.tasks.base import Task
 from engine.tasks.view import View
 from engine.walls import Wall

@@ -8,10 +8,10 @@ import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
+from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.controller import Neat
 from engine.evaluation import Evaluation, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.tasks import Frame, View
 from engine.walls import Obstacles
 

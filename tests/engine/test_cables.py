@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from engine import servo
-from engine import tensegrity as t
-from engine.cables import contraction, internal_lengths, internal_tension, passive_tension
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body import servo
+from engine.body.kinematics import contraction, internal_lengths, internal_tension, passive_tension
+from engine.body.morphology import Morphology
 from engine.robot import Physics, build_robot
 
 BODY = Morphology((3, 10, 6), (4, 7, 1))

@@ -10,6 +10,7 @@ from sklearn.decomposition import PCA
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from engine.body.morphology import Morphology
 from engine.descriptors import (
     CONTROLLER_SHAPE,
     MORPHOLOGY_SHAPE,
@@ -20,7 +21,6 @@ from engine.descriptors import (
     n_possible_morphology_cells,
     sensory_data,
 )
-from engine.morphology import Morphology
 
 axes = st.integers(2, 12)
 # multiples of 1/64, so that neighbouring values are far further apart than rounding errors

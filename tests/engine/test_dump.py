@@ -14,11 +14,11 @@ from made_up import TINY, evolved_controller, examples
 
 import engine.dump
 import engine.run
+from engine.body.morphology import Morphology
 from engine.dump import Dump, DumpFolder, read_dump, write_dump
 from engine.dump_replay import DumpReplay
 from engine.errors import DumpError
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import Physics
 from engine.tasks import GOAL_REACHING

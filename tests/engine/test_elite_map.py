@@ -11,6 +11,7 @@ from made_up_grid import AXES, random_grid_run, write_grid_run
 
 import engine.run
 from engine.algorithms.base import Axis
+from engine.body.morphology import Morphology
 from engine.descriptors import sensory_data
 from engine.elite_map import (
     EliteMap,
@@ -22,7 +23,6 @@ from engine.elite_map import (
 )
 from engine.errors import InvalidData, RunFileError
 from engine.measures import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
-from engine.morphology import Morphology
 from engine.projected_run import DOWN, UP, project_run
 from engine.reader import RunReader
 from engine.run import create_algorithm, resume, statistics

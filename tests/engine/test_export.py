@@ -13,14 +13,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.config import from_json, preset
 from engine.controller import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.robot import build_robot
 from engine.run import evolve

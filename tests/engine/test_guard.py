@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from engine.body.morphology import Morphology
 from engine.guard import ARENA_RADIUS, Guard, speed_limit
 from engine.history import BLOCK, MAX_UPDATES
-from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
 from engine.simulation import SimulationBatch, build_robots, settle
 from engine.timestep import with_inertia

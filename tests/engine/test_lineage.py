@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples, morphologies, per_module_morphologies
 
+from engine.body.morphology import Morphology, mutate_morphology
 from engine.errors import RunFileError
 from engine.lineage import body_changes
-from engine.morphology import Morphology, mutate_morphology
 from engine.reader import RunReader
 
 

@@ -24,9 +24,9 @@ from engine.algorithms.dm_me import DoubleMapMapElites
 from engine.algorithms.map_elites import MapElites
 from engine.algorithms.maps import TrajectoryMap
 from engine.archive import GridArchive
+from engine.body.morphology import Morphology
 from engine.descriptors import morphology_cell
 from engine.evaluation import Solution
-from engine.morphology import Morphology
 
 REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples, morphologies, per_module_morphologies
 
+from engine.body.morphology import Morphology, mutate_morphology, random_morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology, mutate_morphology, random_morphology
 
 anyone = morphologies | per_module_morphologies()
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from engine.batch import SimulationBatch
-from engine.morphology import Morphology
+from engine.body.morphology import Morphology
 from engine.motion import MotionRecorder
 from engine.robot import Physics, build_robot
 

@@ -8,10 +8,10 @@ from made_up import examples, morphologies
 from scipy.spatial.transform import Rotation
 
 from engine import robot as r
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology
 from engine.robot import (
     Physics,
     body_fingerprint,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from made_up import examples
 
 from benchmarks import reference
-from engine import servo
+from engine.body import servo
 
 
 def test_choices_of_the_published_configuration():

@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 from made_up import evolved_controller
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.controller import Controller, NodeGene
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig, noise_seed
-from engine.morphology import Morphology
 from engine.robot import Physics, build_robot, face_rods
 from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets

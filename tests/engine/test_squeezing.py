@@ -9,11 +9,11 @@ import pytest
 from made_up import TINY, a_view, evolved_controller
 
 import engine.run
+from engine.body.morphology import Morphology
 from engine.dump import Dump, read_dump, write_dump
 from engine.dump_replay import DumpReplay
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.export import export_files, write_folder
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.replay import Replay
 from engine.robot import Physics

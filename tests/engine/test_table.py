@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from made_up_grid import AXES, random_grid_run
 
+from engine.body.morphology import Morphology
 from engine.errors import ExportError, RunFileError
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.store import RunWriter
 from engine.table import elite_table, write_table

@@ -3,8 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from engine import tensegrity as t
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.robot import module_placements
 
 FACE_PAIRS = list(itertools.product(range(1, 9), repeat=2))

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
 import engine.run
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.morphology import Morphology
 from engine.robot import Physics
 from engine.tasks import GOAL_REACHING
 from engine.timestep import check_timestep, largest_timestep, with_inertia

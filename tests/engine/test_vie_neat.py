@@ -17,11 +17,11 @@ from test_run import RUN_UNTIL_KILLED, evolve, hash_of
 
 import engine.run
 from engine.algorithms.vie_neat import VieNeat, VieNeatConfig
+from engine.body.morphology import random_morphology
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.controller import Neat
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
-from engine.morphology import random_morphology
 from engine.network import NetworkBatch
 from engine.reader import RunReader
 

@@ -9,9 +9,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_up import examples
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.morphology import Morphology
 from engine.robot import Physics, build_robot, build_spec, with_walls
 from engine.tasks import SQUEEZING, Frame, worlds
 from engine.walls import BURIED, Obstacles, Wall, add_walls

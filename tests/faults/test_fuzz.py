@@ -8,10 +8,10 @@ from faulty import ENVIRONMENT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from engine.body.morphology import Morphology
 from engine.config import from_json
 from engine.controller import Controller
 from engine.errors import TensAtlasError, one_line
-from engine.morphology import Morphology
 from engine.robustness import load_robust
 from engine.walls import Wall
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine import servo
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.controller import Neat
 from engine.lineage import Ancestor
-from engine.morphology import Morphology
 from viz import lineage_list, servo_plot, tension_legend
 from viz.network_diagram import NetworkDiagram, sensed_line
 from viz.robot_geometry import full_tension

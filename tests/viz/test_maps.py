@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.algorithms.base import Axis
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
 from engine.measures import body_cell
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from viz import axes
 from viz.coloring import AGE, FITNESS, by_number, by_visits

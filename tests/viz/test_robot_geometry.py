@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from engine import tensegrity as t
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.robot import Physics, build_robot, module_placements
 from viz.robot_geometry import RobotGeometry
 

@@ -10,7 +10,7 @@ import numpy as np
 from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication import tolerances
 from engine.fabrication.cables import CableDesign, design_cables
 from engine.fabrication.contraction import contraction

@@ -10,8 +10,8 @@ import numpy as np
 from reportlab.lib.colors import Color
 from scipy.spatial.transform import Rotation
 
-from engine import tensegrity as t
-from engine.morphology import Morphology
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.robot import module_placements
 from viz.build_sheet import style
 from viz.build_sheet.scene import Ball, Tube

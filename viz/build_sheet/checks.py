@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from reportlab.platypus import Flowable
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication import tolerances as tol
 from engine.fabrication.cable_list import cables
 from engine.fabrication.mass_balance import mass_balance

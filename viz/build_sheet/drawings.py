@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from reportlab.platypus import Flowable
 
-from engine import tensegrity as t
+from engine.body import module as t
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import Body
 from viz.build_sheet.facts import Facts

@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from engine import tensegrity as t
 from engine.archive import Cell
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.evaluation import Evaluation
 from engine.export import Trial
 from engine.fabrication.joints import joints
 from engine.identity import robot_hash, robot_id
-from engine.morphology import Morphology
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.robustness import Robustness, load_robust_of

@@ -9,7 +9,7 @@ import numpy as np
 from reportlab.lib.colors import white
 from reportlab.platypus import Flowable, Table, TableStyle
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication.joints import Joint, joints, orientations
 from engine.fabrication.shapes import LINK_PITCH
 from engine.robot import module_placements

@@ -6,7 +6,7 @@ import numpy as np
 from reportlab.lib.colors import Color, HexColor
 from reportlab.platypus import Flowable, Table, TableStyle
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import EYELET_HOLE, Net, lay_out, module_net

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reportlab.platypus import Flowable
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication.cable_list import Cable, cables
 from engine.fabrication.cables import CableDesign, design_cables, section_source
 from engine.fabrication.materials import Materials

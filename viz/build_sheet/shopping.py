@@ -6,7 +6,7 @@ import math
 
 from reportlab.platypus import Flowable
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials

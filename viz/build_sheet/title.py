@@ -7,7 +7,7 @@ import segno
 from reportlab.lib.colors import HexColor, white
 from reportlab.platypus import Flowable, Paragraph
 
-from engine import tensegrity as t
+from engine.body import module as t
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture

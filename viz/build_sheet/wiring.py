@@ -8,8 +8,8 @@ import numpy as np
 from reportlab.lib.colors import HexColor
 from reportlab.platypus import Flowable
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
 from engine.fabrication import tolerances
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
 from engine.fabrication.materials import Materials

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.fabrication.cable_list import cables
 from engine.fabrication.cables import EYELET_WALL, cable_problems, design_cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import MAX_TAIL, MIN_TAIL, PRESETS, load_materials
 from engine.fabrication.rods import rods, stock_plan
-from engine.morphology import Morphology
 from engine.robot import Physics, build_spec, module_placements
 
 MATERIALS = {name: load_materials(name) for name in PRESETS}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from engine import tensegrity as t
+from engine.body import module as t
 from engine.fabrication import tolerances
 from engine.fabrication.contraction import contraction
 from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module

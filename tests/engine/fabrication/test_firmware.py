@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from made_up import evaluation, evolved_controller
 
-from engine import servo
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.config import preset
 from engine.fabrication.firmware import fill_in, firmware_files, pin_map, start_inputs
-from engine.morphology import Morphology
 from engine.network import NetworkBatch
 from engine.tasks import Task, get_task
 from engine.tasks.view import distance_and_bearing

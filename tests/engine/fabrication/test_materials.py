@@ -2,12 +2,12 @@ import re
 
 import pytest
 
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.fabrication.pull_test import coupon, pull_test_table
 from engine.fabrication.quantity import Source, least_certain
-from engine.morphology import Morphology
 
 TPU = preset_text("tpu-85a")
 

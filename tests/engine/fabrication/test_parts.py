@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.fabrication import parts as p
 from engine.fabrication import servo_parts as sp
 from engine.fabrication import shapes, solids
@@ -21,7 +22,6 @@ from engine.fabrication.materials import PRESETS, load_materials, parse_material
 from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
 from engine.fabrication.module_state import floating_module
 from engine.fabrication.problems import problems
-from engine.morphology import Morphology
 
 BODY = Morphology((3, 9), (1, 2))
 MATERIALS = load_materials()

@@ -5,11 +5,11 @@ import random
 
 import pytest
 
+from engine.body.morphology import Morphology
 from engine.controller import Neat
 from engine.evaluation import LocalEvaluator, Solution
 from engine.export import simulate_trial
 from engine.fabrication.materials import load_materials
-from engine.morphology import Morphology
 from engine.run import versions
 from engine.tasks import get_task
 from viz.build_sheet.facts import Facts, Place

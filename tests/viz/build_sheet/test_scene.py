@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine import tensegrity as t
+from engine.body import module as t
 from viz.build_sheet.assembly import MODULE, neighbours
 from viz.build_sheet.bodies import Body, joined_nodes
 from viz.build_sheet.scene import Camera, View, clearest

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from engine import servo
-from engine import tensegrity as t
+from engine.body import module as t
+from engine.body import servo
 from engine.config import RunConfig
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.cable_list import cables

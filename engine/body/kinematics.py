@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from engine import servo
-from engine import tensegrity as t
-from engine.turns import points_on
+from engine.body import module as t
+from engine.body import servo
+from engine.body.turns import points_on
 
 _PASSIVE: Final = [(t.rod_of(n), t.passive_anchor(n, o)) for a, b in t.CABLES for n, o in ((a, b), (b, a))]
 _INTERNAL: Final = [

@@ -6,8 +6,8 @@ import dataclasses
 import random
 from typing import Any, Final, Literal, Self
 
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.errors import InvalidData
-from engine.tensegrity import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 
 StiffnessMode = Literal["shared", "per-module"]
 """Whether all modules of a body share one stiffness, as in the paper, or each has its own."""
