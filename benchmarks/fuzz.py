@@ -37,14 +37,14 @@ from benchmarks.rows import Row, show
 from engine.body.morphology import Morphology
 from engine.checkup import check_run
 from engine.config import RunConfig, from_json, preset, to_json
-from engine.controller import Controller
+from engine.control.genome import Controller
+from engine.control.network import NetworkBatch
 from engine.dump import Dump, read_dump, write_dump
 from engine.errors import TensAtlasError
 from engine.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.history import Failure
 from engine.lock import holder_of, is_being_written, lock_path
-from engine.network import NetworkBatch
 from engine.reader import RunReader
 from engine.recovery import recover
 from engine.replay import Replay

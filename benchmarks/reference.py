@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.controller import ConnectionGene, Controller, NodeGene
+from engine.control.genome import ConnectionGene, Controller, NodeGene
 from engine.simulation import Head
 
 FOLDER: Final = Path(__file__).parent.parent / "tests" / "reference"

@@ -26,7 +26,7 @@ from engine import run
 from engine.body.morphology import Morphology
 from engine.computer import Origin, this_computer
 from engine.config import RunConfig, preset
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.distributed.dask_workers import DaskWorkers, local_cluster
 from engine.distributed.job import Result, World, world_of
 from engine.distributed.pool import Died, PoolEvaluator, Workers

@@ -21,7 +21,7 @@ import tyro
 from benchmarks.timing import Timed, machine, median_cpu, simulate, timed
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.controller import Controller, Neat
+from engine.control.genome import Controller, Neat
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.robot import Physics, build_robot
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME

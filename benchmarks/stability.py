@@ -17,7 +17,7 @@ import tyro
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.robot import Physics
 from engine.tasks import GOAL_REACHING, get_task

@@ -15,7 +15,7 @@ from engine.archive import Cell, GridArchive
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.evaluation import Evaluation, Solution
 from engine.run import statistics, versions

@@ -25,7 +25,7 @@ import numpy as np
 from engine.body.module import SERVO_NODES
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, physics_from_json
-from engine.controller import Controller
+from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
 from engine.evaluation import MAX_REPEATS, FailedTrial, Solution, Stage
 from engine.history import MAX_UPDATES, Failure

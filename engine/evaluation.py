@@ -14,7 +14,7 @@ from typing import Any, Final, Literal, Protocol, Self
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.controller import Controller
+from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.history import Failure
 from engine.robot import Physics

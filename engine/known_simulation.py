@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.controller import Controller, Neat
+from engine.control.genome import Controller, Neat
 from engine.evaluation import Evaluation, LocalEvaluator, Solution, TrialConfig
 from engine.robot import Physics, body_fingerprint
 from engine.tasks import GOAL_REACHING

@@ -13,7 +13,7 @@ import numpy as np
 
 from engine.archive import Cell
 from engine.body.morphology import Morphology
-from engine.controller import Controller
+from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
 from engine.evaluation import Evaluation, Solution
 

@@ -20,9 +20,9 @@ from engine.batch import Observer, SimulationBatch
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.controller import Controller
+from engine.control.genome import Controller
+from engine.control.network import NetworkBatch
 from engine.history import Failure
-from engine.network import NetworkBatch
 from engine.robot import Physics, RobotModel, build_robot, face_rods, with_walls
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
 from engine.walls import Obstacles, Wall

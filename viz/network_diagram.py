@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from engine.body import servo
-from engine.controller import ConnectionGene, Controller
-from engine.network import Network
+from engine.control.genome import ConnectionGene, Controller
+from engine.control.network import Network
 
 WIDTH = 300
 POSITIVE, NEGATIVE = "#5aa9e6", "#e6786e"

@@ -33,7 +33,7 @@ from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 from neat.species import Species
 
-from engine.controller import N_OUTPUTS, Controller, Neat, from_genome, lend_random, to_genome
+from engine.control.genome import N_OUTPUTS, Controller, Neat, from_genome, lend_random, to_genome
 from engine.errors import InvalidData
 
 MAX_STAGNATION: Final = 15

@@ -6,7 +6,7 @@ import random
 from typing import Any, Final
 
 from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.evaluation import Solution
 
 MUTATIONS: Final = ("morphology", "controller", "both")

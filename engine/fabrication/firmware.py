@@ -21,8 +21,8 @@ import numpy as np
 from engine.body import module as t
 from engine.body import servo
 from engine.config import RunConfig
+from engine.control.network import Plan
 from engine.evaluation import Evaluation
-from engine.network import Plan
 from engine.replay import repeat_trial
 from engine.robot import Physics
 from engine.simulation import Head

@@ -12,7 +12,7 @@ import tyro
 from benchmarks import explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.robot import Physics
 from engine.timestep import with_inertia
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import controllers, evolved_controller, examples
 
-from engine.controller import Controller, Neat, from_genome, logistic, to_genome
+from engine.control.genome import Controller, Neat, from_genome, logistic, to_genome
 from engine.errors import InvalidData
 
 INPUT, OUTPUT, HIDDEN = -1, 0, 20

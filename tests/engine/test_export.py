@@ -17,7 +17,7 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.config import from_json, preset
-from engine.controller import Controller
+from engine.control.genome import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import controllers, examples, some_controller
 
-from engine.controller import ConnectionGene, Controller, Neat, NodeGene, to_genome
-from engine.network import NetworkBatch
+from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene, to_genome
+from engine.control.network import NetworkBatch
 
 several = st.integers(0, 2).flatmap(
     lambda i: st.lists(controllers(n_inputs=(1, 2, 5)[i]), min_size=1, max_size=6)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engine.contacts import ContactFinder
+from engine.control.network import Network
 from engine.errors import InvalidData
-from engine.network import Network
 from engine.reader import RunReader
 from engine.replay import MAX_FRESH, Replay, repeat_trial
 from engine.robot import build_robot

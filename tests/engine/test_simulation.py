@@ -6,7 +6,7 @@ from made_up import evolved_controller
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.controller import Controller, NodeGene
+from engine.control.genome import Controller, NodeGene
 from engine.evaluation import LocalEvaluator, Solution, TrialConfig, noise_seed
 from engine.robot import Physics, build_robot, face_rods
 from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle

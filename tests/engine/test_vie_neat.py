@@ -19,10 +19,10 @@ import engine.run
 from engine.algorithms.vie_neat import VieNeat, VieNeatConfig
 from engine.body.morphology import random_morphology
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
-from engine.controller import Neat
+from engine.control.genome import Neat
+from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from engine.evaluation import TrialConfig
-from engine.network import NetworkBatch
 from engine.reader import RunReader
 
 SMALL = VieNeatConfig(morphologies=6, mutants=6, controllers=9, elitism=1)

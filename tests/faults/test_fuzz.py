@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.config import from_json
-from engine.controller import Controller
+from engine.control.genome import Controller
 from engine.errors import TensAtlasError, one_line
 from engine.robustness import load_robust
 from engine.walls import Wall

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.body.morphology import Morphology
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.reader import RunReader
 from engine.tasks import bearing_name
 from viz import robot_card

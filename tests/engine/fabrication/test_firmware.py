@@ -13,8 +13,8 @@ from made_up import evaluation, evolved_controller
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.config import preset
+from engine.control.network import NetworkBatch
 from engine.fabrication.firmware import fill_in, firmware_files, pin_map, start_inputs
-from engine.network import NetworkBatch
 from engine.tasks import Task, get_task
 from engine.tasks.view import distance_and_bearing
 

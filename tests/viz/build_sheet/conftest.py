@@ -6,7 +6,7 @@ import random
 import pytest
 
 from engine.body.morphology import Morphology
-from engine.controller import Neat
+from engine.control.genome import Neat
 from engine.evaluation import LocalEvaluator, Solution
 from engine.export import simulate_trial
 from engine.fabrication.materials import load_materials

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from engine.controller import N_OUTPUTS, Controller
+from engine.control.genome import N_OUTPUTS, Controller
 
 
 class NetworkBatch:
