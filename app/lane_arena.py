@@ -16,7 +16,7 @@ from app.marks import Marks
 from app.robot_drawing import RobotDrawing
 from app.scene_camera import SceneCamera
 from engine.replay import Replay
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 from viz import theme
 
 GAP = 0.12

@@ -13,7 +13,7 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.replay import Frame, Replay
 from engine.simulation import Head
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 MAX_LANES = 4
 

@@ -14,7 +14,7 @@ from app.marks import MarkLayer, Marks
 from app.viser_private import put_arrays
 from engine.body.module import ROD_LENGTH
 from engine.replay import Playable
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 from viz import theme
 from viz.drawn_replay import DrawnReplay
 from viz.robot_geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry

@@ -32,7 +32,7 @@ from engine.history import MAX_UPDATES, Failure
 from engine.mjcf import xml_with_state
 from engine.robot import Physics, RobotModel, build_robot, build_spec, with_walls
 from engine.tasks import get_task
-from engine.walls import MAX_WALLS, Wall, add_walls
+from engine.tasks.walls import MAX_WALLS, Wall, add_walls
 from engine.zip_file import read_zip, zip_bytes
 
 SUFFIX: Final = ".tsdump"

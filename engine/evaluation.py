@@ -29,7 +29,7 @@ from engine.simulation import (
     settle,
 )
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, fitness, target_offsets, worlds
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 CHUNK: Final = 8
 """Solutions simulated together; what is finished is handed on chunk by chunk."""

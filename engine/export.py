@@ -33,7 +33,7 @@ from engine.robot import build_spec
 from engine.run import versions
 from engine.simulation import Head
 from engine.tasks import get_task, sensed, target_offsets
-from engine.walls import Wall, add_walls
+from engine.tasks.walls import Wall, add_walls
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
 GENOTYPE_VERSION: Final = 1

@@ -16,9 +16,9 @@ from engine.errors import InvalidData, TaskError
 from engine.evaluation import Evaluation, fresh_number, noise_seed
 from engine.simulation import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
+from engine.tasks.walls import Wall
 from engine.timestep import check_timestep
 from engine.trial_choice import Aim, TrialChoice
-from engine.walls import Wall
 
 UPDATES_PER_FRAME: Final = 2
 """Control updates between two recorded frames: 25 frames a second at 50 Hz."""

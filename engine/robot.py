@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.walls import Wall, add_walls
+from engine.tasks.walls import Wall, add_walls
 
 # a diverging simulation is reported with its evaluation, not in a log file in the current folder
 _log = mujoco.MjLogConfig.get()

@@ -25,7 +25,7 @@ from engine.control.network import NetworkBatch
 from engine.history import Failure
 from engine.robot import Physics, RobotModel, build_robot, face_rods, with_walls
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
-from engine.walls import Obstacles, Wall
+from engine.tasks.walls import Obstacles, Wall
 
 OPEN_LOOP_TIME: Final = 10.0
 """Seconds of open-loop motion, all modules at 0.5 Hz and phase 0, that show which end is the head."""

@@ -20,8 +20,8 @@ from engine.evaluation import Evaluation, noise_seed
 from engine.replay import UPDATES_PER_FRAME, Frame
 from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
 from engine.tasks import fitness, get_task, target_offsets, worlds
+from engine.tasks.walls import Wall
 from engine.timestep import check_timestep
-from engine.walls import Wall
 
 
 def with_modules(body: Morphology, n: int) -> Morphology:

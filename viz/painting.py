@@ -11,7 +11,7 @@ from PIL import ImageDraw
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 from viz.robot_geometry import Drawing
 
 Color = tuple[int, ...]

@@ -3,7 +3,10 @@
 A task's own file needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how.
 """
 
-from engine.tasks.base import (
+from engine.tasks.goal_reaching import GOAL_REACHING
+from engine.tasks.loading import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
+from engine.tasks.squeezing import SQUEEZING
+from engine.tasks.task import (
     SETTLE_TIME,
     TRIAL_TIME,
     Task,
@@ -15,11 +18,8 @@ from engine.tasks.base import (
     target_offsets,
     worlds,
 )
-from engine.tasks.files import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
-from engine.tasks.goal_reaching import GOAL_REACHING
-from engine.tasks.squeezing import SQUEEZING
 from engine.tasks.view import Frame, View, distance_and_bearing
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 __all__ = [
     "BUILT_IN",

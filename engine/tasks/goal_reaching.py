@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from engine.tasks.base import Task
+from engine.tasks.task import Task
 from engine.tasks.view import View
 
 

@@ -15,9 +15,9 @@ from typing import Final
 import numpy as np
 
 from engine.body import module as t
-from engine.tasks.base import Task
+from engine.tasks.task import Task
 from engine.tasks.view import View
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 MODULE_LENGTH: Final = 2.0 * float(np.linalg.norm(t.NODES[0]))
 """Diameter of a module as built, 11.11 cm, from which the published walls are derived."""

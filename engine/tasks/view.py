@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from engine.walls import Obstacles, Wall
+from engine.tasks.walls import Obstacles, Wall
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -18,7 +18,7 @@ import pytest
 
 from app.cli import main
 from engine.reader import RunReader
-from engine.tasks import BUILT_IN, TASKS_VARIABLE, files
+from engine.tasks import BUILT_IN, TASKS_VARIABLE, loading
 
 TINY = "--preset smoke --evaluations 6 --initial 4 --batch-size 2 --trials.repeats 1 --seed 5".split()
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "tasks" / "climb_step.py"
@@ -146,7 +146,7 @@ def test_the_help_lists_the_tasks(tensatlas: Command) -> None:
 
 def test_a_task_from_a_file(tensatlas: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Evolve with --task FILE.py, then look at the run with and without the file."""
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     monkeypatch.delenv(TASKS_VARIABLE, raising=False)
     status, _, err = tensatlas("evolve", "step.tsmr", *TINY, "--workers", 1, f"--task={EXAMPLE}")
     assert status == 0
@@ -161,7 +161,7 @@ def test_a_task_from_a_file(tensatlas: Command, tmp_path: Path, monkeypatch: pyt
     status, out, _ = tensatlas("verify", "step.tsmr", "--cell", cell, "--seeds", 1, "--workers", 1)
     assert (status, "identical to what was recorded" in out, "step of" in out) == (0, True, True)
 
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     for command in ("info", "resume", "explore"):
         status, _, err = tensatlas(command, "step.tsmr")
         assert (status, err.count("\n")) == (2, 1)

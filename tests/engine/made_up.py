@@ -13,7 +13,7 @@ from engine.config import RunConfig, preset
 from engine.control.genome import Neat
 from engine.evaluation import Evaluation, Solution, TrialConfig
 from engine.tasks import Frame, View
-from engine.walls import Obstacles
+from engine.tasks.walls import Obstacles
 
 N_TARGETS, N_REPEATS, N_SECONDS = 4, 2, 40
 

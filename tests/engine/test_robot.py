@@ -21,7 +21,7 @@ from engine.robot import (
     module_placements,
     with_walls,
 )
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 WEIGHT = 0.025 * 9.81
 """Of a module, in N: 25.0 g in the published table, whose parts add up to 25.015 g."""

@@ -16,7 +16,7 @@ from engine.config import RunConfig, from_json, to_json
 from engine.errors import InvalidData, RunFileError, TaskError, TensAtlasError, UnknownTask
 from engine.reader import RunReader
 from engine.replay import Replay
-from engine.tasks import TASKS_VARIABLE, Task, Wall, files, get_task, load_task, task_version, worlds
+from engine.tasks import TASKS_VARIABLE, Task, Wall, get_task, load_task, loading, task_version, worlds
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "tasks" / "climb_step.py"
 
@@ -44,7 +44,7 @@ TASK = Task(
 @pytest.fixture(autouse=True)
 def forgotten(monkeypatch):
     """Nothing is loaded before a test or left behind by it."""
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     monkeypatch.delenv(TASKS_VARIABLE, raising=False)
 
 
@@ -90,7 +90,7 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
                 assert replay.score == e.distances[target, 0]
                 assert sum(not w.is_buried for w in replay.walls) == 2 - target
     # somebody else, or the same user tomorrow
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     with pytest.raises(
         RunFileError, match=r"one\.tsmr cannot be opened: unknown task 'bump'.*TENSATLAS_TASKS"
     ):
@@ -101,7 +101,7 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
         assert a.task_change is None
     assert engine.run.changed_versions(one) == []
     # the file has changed since
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     good.write_text(GOOD + "# different\n")
     (change,) = engine.run.changed_versions(one)
     assert change.startswith("task bump sha256:")

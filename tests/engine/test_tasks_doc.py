@@ -5,13 +5,13 @@ from pathlib import Path
 
 from made_up import a_view
 
-from engine.tasks import Task, View, files, load_task
+from engine.tasks import Task, View, load_task, loading
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tasks.md").read_text()
 
 
 def test_the_page_s_example_works(tmp_path, monkeypatch):
-    monkeypatch.setattr(files, "_loaded", {})
+    monkeypatch.setattr(loading, "_loaded", {})
     (source,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     path = tmp_path / "straight.py"
     path.write_text(source)

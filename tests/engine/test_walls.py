@@ -14,7 +14,7 @@ from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.robot import Physics, build_robot, build_spec, with_walls
 from engine.tasks import SQUEEZING, Frame, worlds
-from engine.walls import BURIED, Obstacles, Wall, add_walls
+from engine.tasks.walls import BURIED, Obstacles, Wall, add_walls
 
 BOX = Wall(centre=(0.5, 0.2, 0.05), half_size=(0.1, 0.3, 0.05))
 

@@ -13,7 +13,7 @@ from engine.config import from_json
 from engine.control.genome import Controller
 from engine.errors import TensAtlasError, one_line
 from engine.robustness import load_robust
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 
 
 def test_mutated_inputs_are_read_or_refused_and_nothing_else_happens():

@@ -43,7 +43,7 @@ def test_it_ends_the_run_with_one_line_and_the_run_can_be_gone_on_with(tmp_path,
     assert said in line_of(done)
     assert str(task) in line_of(done)
     monkeypatch.setenv("TENSATLAS_TASKS", str(task))
-    monkeypatch.setattr("engine.tasks.files._loaded", {})
+    monkeypatch.setattr("engine.tasks.loading._loaded", {})
     with RunReader(path) as reader:
         assert reader.n_evaluations() < 14
     if "except" in hang:

@@ -10,7 +10,7 @@ from PIL import Image
 from engine.errors import ExportError
 from engine.reader import RunReader
 from engine.replay import Replay
-from engine.walls import Wall
+from engine.tasks.walls import Wall
 from viz import theme, video
 from viz.camera import Camera
 from viz.painting import Look

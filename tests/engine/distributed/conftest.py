@@ -9,7 +9,7 @@ import pytest
 import engine.run
 from engine.config import preset
 from engine.evaluation import TrialConfig
-from engine.tasks import files, load_task
+from engine.tasks import load_task, loading
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from made_up import TINY
@@ -63,4 +63,4 @@ def bad_task(tmp_path):
 
     yield make
     for name in made:
-        files._loaded.pop(name)
+        loading._loaded.pop(name)

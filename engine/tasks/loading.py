@@ -19,12 +19,12 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.errors import InvalidData, TaskError, UnknownTask
-from engine.tasks.base import Task, describe, scores, sensed, target_offsets, worlds
 from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.squeezing import SQUEEZING
+from engine.tasks.task import Task, describe, scores, sensed, target_offsets, worlds
 from engine.tasks.view import Frame, View
+from engine.tasks.walls import Obstacles
 from engine.tasks.watchdog import TooLong, time_limit
-from engine.walls import Obstacles
 
 BUILT_IN: Final = {task.name: task for task in (GOAL_REACHING, SQUEEZING)}
 TASKS_VARIABLE: Final = "TENSATLAS_TASKS"

@@ -16,8 +16,8 @@ import numpy as np
 
 from engine.errors import InvalidData, TaskError
 from engine.tasks.view import View
+from engine.tasks.walls import BURIED, MAX_WALLS, Wall
 from engine.tasks.watchdog import TIMEOUT_VARIABLE, TooLong, time_limit, timeout
-from engine.walls import BURIED, MAX_WALLS, Wall
 
 SETTLE_TIME: Final = 3.0
 """Seconds without actuation before a trial's clock starts."""
