@@ -12,8 +12,8 @@ from app.recording import Progress
 from app.robot_folder import robot_folder
 from engine.archive import Cell
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation
 from engine.reader import RunReader
+from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz.build_sheet.facts import Place
 

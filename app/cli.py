@@ -24,12 +24,12 @@ from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
 from app.workers import WorkerFlags, check_workers
-from engine.computer import differing
 from engine.config import preset
 from engine.errors import TensAtlasError
 from engine.generations import Generation
 from engine.reader import RunReader
 from engine.records import parse_cell
+from engine.simulation.provenance import differing
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
 

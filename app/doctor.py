@@ -17,12 +17,12 @@ from rich.console import Console
 
 from app.library import NEW_RUNS
 from engine.checkup import Finding, check_run
-from engine.computer import instruction_sets, processor_facts
 from engine.config import preset
 from engine.errors import TensAtlasError
-from engine.known_simulation import compare
 from engine.reader import RunReader
 from engine.run import versions
+from engine.simulation.provenance import instruction_sets, processor_facts
+from engine.simulation.self_check import compare
 from engine.store import RunWriter, is_being_written
 
 PROBLEMS: Final = 1

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.replay import Frame, Replay
-from engine.simulation import Head
+from engine.simulation.rollout import Head
 from engine.tasks.walls import Wall
 
 MAX_LANES = 4

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from app.basket import Item
 from engine.archive import Cell
-from engine.evaluation import Evaluation
 from engine.generations import Generation
 from engine.lineage import Ancestor
 from engine.reader import RunReader
+from engine.simulation.evaluation import Evaluation
 from engine.trial_choice import FIRST_TRIAL, TrialChoice
 
 

@@ -13,9 +13,9 @@ from rich.table import Table
 
 from app import commands as c
 from engine.config import RunConfig
-from engine.evaluation import Evaluation
 from engine.motion import Motion
-from engine.robot import Physics
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.model import Physics
 from engine.tasks import get_task
 from engine.verify import Samples, Verification
 

@@ -24,9 +24,9 @@ from benchmarks.rows import Row, show
 from engine import run
 from engine.checkup import check_run
 from engine.config import RunConfig, preset
-from engine.evaluation import TrialConfig
 from engine.lock import is_being_written
 from engine.reader import RunReader
+from engine.simulation.evaluation import TrialConfig
 
 SHORT = dataclasses.replace(
     preset("smoke"),

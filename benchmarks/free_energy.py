@@ -20,16 +20,16 @@ from typing import Annotated, Final
 import numpy as np
 import tyro
 
-from engine.batch import SimulationBatch
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import RunFileError, TensAtlasError
-from engine.evaluation import Evaluation
 from engine.motion import MotionRecorder
 from engine.reader import RunReader
-from engine.robot import Physics, build_robot
-from engine.simulation import settle
+from engine.simulation.batch import SimulationBatch
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.model import Physics, build_robot
+from engine.simulation.rollout import settle
 from engine.tasks import get_task
 from engine.verify import Samples, changed_physics, resimulate
 

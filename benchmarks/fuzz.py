@@ -41,16 +41,16 @@ from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
 from engine.dump import Dump, read_dump, write_dump
 from engine.errors import TensAtlasError
-from engine.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
-from engine.history import Failure
 from engine.lock import holder_of, is_being_written, lock_path
 from engine.reader import RunReader
 from engine.recovery import recover
 from engine.replay import Replay
-from engine.robot import build_robot
 from engine.robustness import load_robust
 from engine.run import create_algorithm, statistics, versions
+from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
+from engine.simulation.history import Failure
+from engine.simulation.model import build_robot
 from engine.store import RunWriter
 from engine.tasks import fitness, load_task
 

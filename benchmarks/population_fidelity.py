@@ -12,8 +12,8 @@ from scipy.stats import spearmanr
 
 from benchmarks.reference import ReferenceRobot
 from benchmarks.rows import Row
-from engine.robot import Physics
-from engine.simulation import ClosedLoop, build_robots, settle
+from engine.simulation.model import Physics
+from engine.simulation.rollout import ClosedLoop, build_robots, settle
 from engine.tasks import GOAL_REACHING, target_offsets
 
 CLASSES: Final = {"soft (0.1-0.3)": (1, 3), "medium (0.4-0.7)": (4, 7), "stiff (0.8-1.0)": (8, 10)}

@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import ConnectionGene, Controller, NodeGene
-from engine.simulation import Head
+from engine.simulation.rollout import Head
 
 FOLDER: Final = Path(__file__).parent.parent / "tests" / "reference"
 STATIC: Final = "tensoft_static.json"

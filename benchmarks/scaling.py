@@ -24,7 +24,6 @@ import tyro
 
 from engine import run
 from engine.body.morphology import Morphology
-from engine.computer import Origin, this_computer
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
 from engine.distributed.dask_workers import DaskWorkers, local_cluster
@@ -32,7 +31,8 @@ from engine.distributed.job import Result, World, world_of
 from engine.distributed.pool import Died, PoolEvaluator, Workers
 from engine.distributed.processes import ProcessWorkers
 from engine.errors import TensAtlasError
-from engine.evaluation import Evaluation, Solution, TrialConfig
+from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
+from engine.simulation.provenance import Origin, this_computer
 from engine.tasks import get_task
 
 SECONDS_PER_TRIAL = {2: 0.51, 4: 0.94, 6: 1.34, 8: 1.81, 10: 2.66}

@@ -22,10 +22,10 @@ from benchmarks.timing import Timed, machine, median_cpu, simulate, timed
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, Neat
-from engine.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.robot import Physics, build_robot
+from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.model import Physics, build_robot
+from engine.simulation.timestep import with_inertia
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME
-from engine.timestep import with_inertia
 
 PUBLISHED: Final = {2: 5.2, 4: 10.0, 6: 15.0, 8: 23.0, 10: 28.0}
 """CPU seconds of the published simulator by number of modules, on a machine like those of today: medians

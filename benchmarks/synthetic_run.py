@@ -17,8 +17,8 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
 from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
-from engine.evaluation import Evaluation, Solution
 from engine.run import statistics, versions
+from engine.simulation.evaluation import Evaluation, Solution
 from engine.store import RunWriter
 from engine.tasks import fitness, get_task
 

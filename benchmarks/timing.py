@@ -15,10 +15,10 @@ import numpy as np
 from mujoco import batch
 
 from engine.body.morphology import Morphology
-from engine.computer import processor_facts
 from engine.control.genome import Controller
-from engine.robot import Physics, build_robot
-from engine.simulation import ClosedLoop, Head, build_robots, settle
+from engine.simulation.model import Physics, build_robot
+from engine.simulation.provenance import processor_facts
+from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME, target_offsets
 
 

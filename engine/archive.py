@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation
 
 Cell = tuple[int, ...]
 

@@ -12,8 +12,8 @@ from engine.algorithms.map_search import PAPER_REFITS, check_overlap, check_sche
 from engine.algorithms.vie_neat import VieNeatConfig
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
-from engine.evaluation import TrialConfig
-from engine.robot import Physics
+from engine.simulation.evaluation import TrialConfig
+from engine.simulation.model import Physics
 from engine.tasks import get_task
 
 AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]

@@ -11,9 +11,9 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.contacts import ContactFinder
 from engine.dump import Dump
-from engine.guard import ARENA_RADIUS, Guard
 from engine.replay import Frame
-from engine.simulation import Head
+from engine.simulation.divergence import ARENA_RADIUS, Guard
+from engine.simulation.rollout import Head
 
 FRAMES_PER_UPDATE: Final = 10
 """Most frames of a control update; every time step is one if there are no more."""

@@ -18,11 +18,11 @@ from engine.algorithms.base import Axis
 from engine.archive import Cell
 from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.errors import InvalidData, RunFileError
-from engine.evaluation import Evaluation
 from engine.generations import Generation
 from engine.measures import body_axes, body_cell, trajectory_axes
 from engine.projection import project
 from engine.reader import RunReader
+from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 
 MORPHOLOGY: Final = "morphology"

@@ -24,14 +24,14 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import ExportError
-from engine.evaluation import Evaluation
 from engine.fabrication.bill_of_materials import total_mass
-from engine.mjcf import xml_with_state
 from engine.reader import RunReader
 from engine.replay import Replay
-from engine.robot import build_spec
 from engine.run import versions
-from engine.simulation import Head
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.mjcf import xml_with_state
+from engine.simulation.model import build_spec
+from engine.simulation.rollout import Head
 from engine.tasks import get_task, sensed, target_offsets
 from engine.tasks.walls import Wall, add_walls
 

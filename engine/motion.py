@@ -7,8 +7,8 @@ import dataclasses
 import mujoco
 import numpy as np
 
-from engine.batch import SimulationBatch
-from engine.robot import Physics, RobotModel
+from engine.simulation.batch import SimulationBatch
+from engine.simulation.model import Physics, RobotModel
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

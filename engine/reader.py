@@ -11,15 +11,15 @@ from typing import Any, Self
 
 from engine.archive import Cell
 from engine.body.morphology import Morphology
-from engine.computer import Computer
 from engine.config import RunConfig, from_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
-from engine.evaluation import Evaluation
 from engine.generations import Generation, Summary, finite
 from engine.lineage import Ancestor
 from engine.lock import is_being_written
 from engine.records import dump, from_row, parse_cell
 from engine.run_database import Damage, RunDatabase
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.provenance import Computer
 from engine.tasks import get_task, task_version
 
 

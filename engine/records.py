@@ -15,7 +15,7 @@ from engine.archive import Cell
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
-from engine.evaluation import Evaluation, Solution
+from engine.simulation.evaluation import Evaluation, Solution
 
 
 def cell_name(cell: Cell) -> str:

@@ -10,7 +10,6 @@ from typing import Final
 
 from engine.elite_map import archive_maps
 from engine.errors import InvalidData, RunFileError
-from engine.evaluation import Solution
 from engine.lock import RunLock
 from engine.reader import RunReader
 from engine.robustness import (
@@ -23,6 +22,7 @@ from engine.robustness import (
     save_robust,
 )
 from engine.run import check_physics, create_evaluator, versions
+from engine.simulation.evaluation import Solution
 from engine.tasks import get_task, task_version
 from engine.verify import with_noise
 

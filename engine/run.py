@@ -25,13 +25,13 @@ from engine.distributed.job import world_of
 from engine.distributed.pool import PoolEvaluator, Workers
 from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
-from engine.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.reader import RunReader
-from engine.robot import body_fingerprint, build_robot
+from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
+from engine.simulation.model import body_fingerprint, build_robot
+from engine.simulation.timestep import check_timestep
 from engine.store import RunWriter
 from engine.stream import LocalStream, Stream
 from engine.tasks import get_task, task_version
-from engine.timestep import check_timestep
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

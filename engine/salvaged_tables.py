@@ -9,14 +9,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from engine.computer import Computer, Origin
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, UnknownTask
-from engine.evaluation import Evaluation
 from engine.reader import RunReader, check_fits
 from engine.records import digest, from_row
 from engine.salvage import Row, salvage
 from engine.schema import COLUMNS
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.provenance import Computer, Origin
 from engine.tasks import fitness
 
 _COLUMNS: Final = COLUMNS["evaluations"].split()

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
-from engine.computer import Origin, this_computer
-from engine.evaluation import Evaluation, Evaluator, Solution
+from engine.simulation.evaluation import Evaluation, Evaluator, Solution
+from engine.simulation.provenance import Origin, this_computer
 
 
 class Stream(Protocol):

@@ -13,11 +13,11 @@ from engine.archive import Cell
 from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
-from engine.evaluation import Evaluation
 from engine.files import csv_text
 from engine.measures import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.reader import RunReader
 from engine.records import cell_name, dump
+from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 
 Table = dict[str, list[Any]]

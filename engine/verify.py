@@ -14,11 +14,11 @@ import numpy as np
 
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation, LocalEvaluator, Solution, fresh_number
 from engine.motion import Motion, MotionRecorder
-from engine.robot import Physics, build_robot
+from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution, fresh_number
+from engine.simulation.model import Physics, build_robot
+from engine.simulation.timestep import check_timestep, with_inertia
 from engine.tasks import get_task
-from engine.timestep import check_timestep, with_inertia
 
 MAX_SEEDS: Final = 100
 SMALLEST_FACTOR: Final = 0.01

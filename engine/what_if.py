@@ -16,12 +16,12 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
-from engine.evaluation import Evaluation, noise_seed
 from engine.replay import UPDATES_PER_FRAME, Frame
-from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
+from engine.simulation.evaluation import Evaluation, noise_seed
+from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
+from engine.simulation.timestep import check_timestep
 from engine.tasks import fitness, get_task, target_offsets, worlds
 from engine.tasks.walls import Wall
-from engine.timestep import check_timestep
 
 
 def with_modules(body: Morphology, n: int) -> Morphology:

@@ -9,8 +9,8 @@ import pytest
 
 from engine import run
 from engine.config import preset
-from engine.evaluation import TrialConfig
-from engine.robot import Physics
+from engine.simulation.evaluation import TrialConfig
+from engine.simulation.model import Physics
 
 EXPLOSIVE = Physics(timestep=0.004)
 """A time step that the cables' damping does not bear; evolving refuses it."""

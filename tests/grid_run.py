@@ -8,9 +8,9 @@ from typing import Any
 from engine.algorithms.base import Axis
 from engine.archive import Cell, GridArchive
 from engine.descriptors import morphology_cell
-from engine.evaluation import Evaluation
 from engine.reader import RunReader
 from engine.run import statistics, versions
+from engine.simulation.evaluation import Evaluation
 from engine.store import RunWriter
 from engine.tasks import get_task
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from engine.config import RunConfig
-from engine.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz import theme
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from engine.body.morphology import N_FACES, Morphology
 from engine.config import RunConfig
-from engine.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation
 from engine.tasks import fitness, get_task, remaining_distance, target_offsets
 from viz import theme
 

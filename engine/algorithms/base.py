@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engine.archive import GridArchive
-from engine.evaluation import Evaluation, Solution
+from engine.simulation.evaluation import Evaluation, Solution
 
 Recall = Callable[[set[int]], Mapping[int, Evaluation]]
 """Looks up evaluations of a run by their numbers; raises RunFileError if one does not exist."""

@@ -16,8 +16,8 @@ from engine.archive import Cell, DeepGridArchive, GridArchive
 from engine.body.morphology import StiffnessMode
 from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation, Solution
 from engine.records import cell_name, parse_cell
+from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_CELL_CAPACITY: Final = 1000
 

@@ -19,7 +19,7 @@ from engine.descriptors import (
     morphology_shape,
     n_possible_morphology_cells,
 )
-from engine.evaluation import Evaluation, Solution
+from engine.simulation.evaluation import Evaluation, Solution
 
 
 class MapElites(MapSearch):

@@ -13,7 +13,7 @@ from engine.algorithms.variation import Variation
 from engine.archive import Cell
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation, Solution
+from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)

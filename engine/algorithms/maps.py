@@ -18,7 +18,7 @@ from engine.descriptors import (
     n_possible_morphology_cells,
     sensory_data,
 )
-from engine.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation
 
 
 def morphology_archive(stiffness: StiffnessMode) -> GridArchive:

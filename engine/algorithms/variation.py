@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
 from engine.control.genome import Neat
-from engine.evaluation import Solution
+from engine.simulation.evaluation import Solution
 
 MUTATIONS: Final = ("morphology", "controller", "both")
 

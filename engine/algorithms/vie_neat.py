@@ -35,7 +35,7 @@ from engine.archive import Cell, GridArchive
 from engine.body.morphology import StiffnessMode, random_morphology
 from engine.descriptors import morphology_cell
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation, Solution
+from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_SIZE = 10_000
 """Populations larger than this are refused."""

@@ -18,7 +18,7 @@ from typing import Any, Final, Self
 from engine.distributed.job import Result, World, compute
 from engine.distributed.pool import Died
 from engine.errors import ClusterError
-from engine.evaluation import Solution
+from engine.simulation.evaluation import Solution
 
 CONNECT_TIMEOUT: Final = 20.0
 """Seconds within which a scheduler must answer."""

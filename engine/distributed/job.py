@@ -15,11 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from engine.computer import Origin, this_computer
 from engine.config import RunConfig
 from engine.errors import ClusterError, TaskError
-from engine.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
-from engine.robot import body_fingerprint
+from engine.simulation.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
+from engine.simulation.model import body_fingerprint
+from engine.simulation.provenance import Origin, this_computer
 from engine.tasks import BUILT_IN, get_task, load_task, task_version
 
 

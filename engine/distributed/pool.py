@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Final, Protocol
 
-from engine.computer import Origin
 from engine.distributed.job import Result, World, unfinished
-from engine.evaluation import Evaluation, FailureKeeper, Solution
+from engine.simulation.evaluation import Evaluation, FailureKeeper, Solution
+from engine.simulation.provenance import Origin
 
 MAX_DEATHS: Final = 2
 """A job whose worker has died this often is not tried again."""

@@ -18,7 +18,7 @@ from engine.allocator import keep_memory_compact
 from engine.distributed.job import Result, World, compute
 from engine.distributed.pool import Died
 from engine.errors import ClusterError, InvalidData, TensAtlasError
-from engine.evaluation import Solution
+from engine.simulation.evaluation import Solution
 
 TIMEOUT: Final = 3600.0
 """Seconds after which an evaluation counts as hanging; with real inertia the longest take minutes."""

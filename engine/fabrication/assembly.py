@@ -18,7 +18,7 @@ from engine.fabrication import shapes, solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.materials import CAP_TIP, Materials
 from engine.fabrication.module_state import CONTRACTED, HOLD, floating_module
-from engine.robot import Physics, build_robot
+from engine.simulation.model import Physics, build_robot
 
 _COLOURS: Final = {
     "rod": (45, 45, 50, 255),

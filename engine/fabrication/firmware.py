@@ -22,10 +22,10 @@ from engine.body import module as t
 from engine.body import servo
 from engine.config import RunConfig
 from engine.control.network import Plan
-from engine.evaluation import Evaluation
 from engine.replay import repeat_trial
-from engine.robot import Physics
-from engine.simulation import Head
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.model import Physics
+from engine.simulation.rollout import Head
 from engine.tasks import get_task, sensed
 from engine.tasks.squeezing import SENSOR_RANGE
 

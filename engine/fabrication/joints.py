@@ -8,7 +8,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.robot import module_placements
+from engine.simulation.model import module_placements
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

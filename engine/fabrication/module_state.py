@@ -15,7 +15,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
-from engine.robot import Physics, build_spec
+from engine.simulation.model import Physics, build_spec
 
 HOLD: Final = 5.0
 """Simulated seconds for which a state is held before it is measured."""

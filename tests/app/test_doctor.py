@@ -6,9 +6,9 @@ import sqlite3
 import pytest
 
 from app.cli import main
-from engine import known_simulation
 from engine.lock import lock_path
 from engine.reader import RunReader
+from engine.simulation import self_check
 
 
 def run(capsys, *arguments):
@@ -22,18 +22,18 @@ def run(capsys, *arguments):
 
 
 def test_the_known_simulation_comes_out_as_recorded():
-    found = known_simulation.compare()
-    # after a change of the physics: python -m engine.known_simulation
+    found = self_check.compare()
+    # after a change of the physics: python -m engine.simulation.self_check
     assert found.same_body
     assert found.good, found
 
 
 def test_a_wrong_outcome_is_noticed(tmp_path, monkeypatch):
-    known = json.loads(known_simulation.FILE.read_text())
+    known = json.loads(self_check.FILE.read_text())
     known["distances"][0][0] += 1e-3
-    monkeypatch.setattr(known_simulation, "FILE", tmp_path / "known.json")
+    monkeypatch.setattr(self_check, "FILE", tmp_path / "known.json")
     (tmp_path / "known.json").write_text(json.dumps(known))
-    assert not known_simulation.compare().good
+    assert not self_check.compare().good
 
 
 def test_an_installation_and_a_run(capsys, small_run, tmp_path):

@@ -18,7 +18,7 @@ from app.player import Player, current_frame
 from app.replay_line import describe
 from engine.dump import Dump, read_dump
 from engine.dump_replay import DumpReplay
-from engine.robot import Physics
+from engine.simulation.model import Physics
 from viz import robot_card
 
 

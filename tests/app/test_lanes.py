@@ -16,8 +16,8 @@ from app.lane_arena import lay_out
 from app.lanes import Start
 from app.pins_panel import lane_replay
 from app.player import Player
-from engine.evaluation import Evaluation
 from engine.reader import RunReader
+from engine.simulation.evaluation import Evaluation
 from engine.trial_choice import TrialChoice
 from viz.robot_differences import Entry, render, render_distances, render_pins, rows
 

@@ -13,8 +13,8 @@ from benchmarks import explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
-from engine.robot import Physics
-from engine.timestep import with_inertia
+from engine.simulation.model import Physics
+from engine.simulation.timestep import with_inertia
 
 
 def test_simulation(capsys: pytest.CaptureFixture[str]) -> None:

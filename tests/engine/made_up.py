@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
-from engine.evaluation import Evaluation, Solution, TrialConfig
+from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
 from engine.tasks import Frame, View
 from engine.tasks.walls import Obstacles
 

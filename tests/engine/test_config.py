@@ -9,10 +9,10 @@ from made_up import examples
 from engine.algorithms.vie_neat import VieNeatConfig
 from engine.config import PRESETS, RunConfig, from_json, physics_from_json, preset, to_json
 from engine.errors import InvalidData
-from engine.evaluation import TrialConfig
-from engine.robot import Physics
 from engine.run import create_algorithm
-from engine.timestep import with_inertia
+from engine.simulation.evaluation import TrialConfig
+from engine.simulation.model import Physics
+from engine.simulation.timestep import with_inertia
 
 NAN, INF = float("nan"), float("inf")
 positive = st.floats(1e-3, 1e3)

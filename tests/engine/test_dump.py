@@ -18,9 +18,9 @@ from engine.body.morphology import Morphology
 from engine.dump import Dump, DumpFolder, read_dump, write_dump
 from engine.dump_replay import DumpReplay
 from engine.errors import DumpError
-from engine.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.reader import RunReader
-from engine.robot import Physics
+from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.model import Physics
 from engine.tasks import GOAL_REACHING
 from engine.zip_file import zip_bytes
 

@@ -22,8 +22,8 @@ from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.reader import RunReader
-from engine.robot import build_robot
 from engine.run import evolve
+from engine.simulation.model import build_robot
 from engine.zip_file import zip_bytes
 
 NAMES = {

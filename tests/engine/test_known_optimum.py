@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from engine.config import RunConfig
-from engine.evaluation import Evaluation
 from engine.run import create_algorithm
+from engine.simulation.evaluation import Evaluation
 
 FACE, BIAS = 3, 2.0
 LEAST = 0.1

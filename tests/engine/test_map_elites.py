@@ -26,7 +26,7 @@ from engine.algorithms.maps import TrajectoryMap
 from engine.archive import GridArchive
 from engine.body.morphology import Morphology
 from engine.descriptors import morphology_cell
-from engine.evaluation import Solution
+from engine.simulation.evaluation import Solution
 
 REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)

@@ -2,10 +2,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from engine.batch import SimulationBatch
 from engine.body.morphology import Morphology
 from engine.motion import MotionRecorder
-from engine.robot import Physics, build_robot
+from engine.simulation.batch import SimulationBatch
+from engine.simulation.model import Physics, build_robot
 
 PHYSICS = Physics()
 

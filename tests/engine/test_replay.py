@@ -12,7 +12,7 @@ from engine.control.network import Network
 from engine.errors import InvalidData
 from engine.reader import RunReader
 from engine.replay import MAX_FRESH, Replay, repeat_trial
-from engine.robot import build_robot
+from engine.simulation.model import build_robot
 from engine.trial_choice import Aim, TrialChoice
 
 NUMBER = 2

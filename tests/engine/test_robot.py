@@ -7,12 +7,12 @@ from hypothesis import given
 from made_up import examples, morphologies
 from scipy.spatial.transform import Rotation
 
-from engine import robot as r
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.robot import (
+from engine.simulation import model as r
+from engine.simulation.model import (
     Physics,
     body_fingerprint,
     build_robot,

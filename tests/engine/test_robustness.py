@@ -9,7 +9,6 @@ from made_up_grid import AXES
 import engine.reevaluation
 from engine.elite_map import EliteMap
 from engine.errors import InvalidData, RunFileError
-from engine.evaluation import LocalEvaluator
 from engine.lock import RunLock
 from engine.reader import RunReader
 from engine.reevaluation import reevaluate
@@ -20,6 +19,7 @@ from engine.robustness import (
     map_robustness,
     robust_path,
 )
+from engine.simulation.evaluation import LocalEvaluator
 from engine.verify import resimulate
 
 

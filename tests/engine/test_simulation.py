@@ -7,9 +7,9 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, NodeGene
-from engine.evaluation import LocalEvaluator, Solution, TrialConfig, noise_seed
-from engine.robot import Physics, build_robot, face_rods
-from engine.simulation import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
+from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig, noise_seed
+from engine.simulation.model import Physics, build_robot, face_rods
+from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets
 
 PHYSICS = Physics()

@@ -12,12 +12,12 @@ import engine.run
 from engine.body.morphology import Morphology
 from engine.dump import Dump, read_dump, write_dump
 from engine.dump_replay import DumpReplay
-from engine.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.export import export_files, write_folder
 from engine.reader import RunReader
 from engine.replay import Replay
-from engine.robot import Physics
-from engine.simulation import ClosedLoop, Head, build_robots, settle
+from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.model import Physics
+from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
 from engine.tasks import SQUEEZING, target_offsets, worlds
 from engine.verify import verify
 

@@ -5,7 +5,7 @@ import pytest
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.robot import module_placements
+from engine.simulation.model import module_placements
 
 FACE_PAIRS = list(itertools.product(range(1, 9), repeat=2))
 

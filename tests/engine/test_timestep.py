@@ -8,10 +8,10 @@ from made_up import TINY, evolved_controller, examples
 import engine.run
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.robot import Physics
+from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.model import Physics
+from engine.simulation.timestep import check_timestep, largest_timestep, with_inertia
 from engine.tasks import GOAL_REACHING
-from engine.timestep import check_timestep, largest_timestep, with_inertia
 
 
 @examples(100)

@@ -22,8 +22,8 @@ from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
-from engine.evaluation import TrialConfig
 from engine.reader import RunReader
+from engine.simulation.evaluation import TrialConfig
 
 SMALL = VieNeatConfig(morphologies=6, mutants=6, controllers=9, elitism=1)
 TINY = dataclasses.replace(

@@ -12,7 +12,7 @@ from made_up import examples
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.robot import Physics, build_robot, build_spec, with_walls
+from engine.simulation.model import Physics, build_robot, build_spec, with_walls
 from engine.tasks import SQUEEZING, Frame, worlds
 from engine.tasks.walls import BURIED, Obstacles, Wall, add_walls
 

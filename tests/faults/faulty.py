@@ -18,7 +18,7 @@ PREAMBLE = """
 import dataclasses, sys
 from pathlib import Path
 import engine.run
-from engine.evaluation import TrialConfig
+from engine.simulation.evaluation import TrialConfig
 from made_up import MADE_UP, TINY, MadeUpEvaluator
 engine.run.create_evaluator = lambda *_: MadeUpEvaluator()
 SMALL = dataclasses.replace(MADE_UP, evaluations=44, refit_generations=(0, 2))

@@ -20,7 +20,7 @@ from engine.fabrication.module_state import floating_module
 from engine.fabrication.net import EYELET_HOLE
 from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
 from engine.fabrication.shapes import notch_angles
-from engine.robot import GRAVITY
+from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
 from viz.build_sheet.details import draw_drum, draw_rod_end

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.robot import module_placements
+from engine.simulation.model import module_placements
 from viz.build_sheet import style
 from viz.build_sheet.scene import Ball, Tube
 from viz.robot_geometry import RobotGeometry

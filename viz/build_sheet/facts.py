@@ -14,14 +14,14 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.evaluation import Evaluation
 from engine.export import Trial
 from engine.fabrication.joints import joints
 from engine.identity import robot_hash, robot_id
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.robustness import Robustness, load_robust_of
-from engine.simulation import Head
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.rollout import Head
 from engine.tasks import Task, get_task
 from viz.build_sheet.bodies import Body
 

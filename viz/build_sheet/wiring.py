@@ -14,7 +14,7 @@ from engine.fabrication import tolerances
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
 from engine.fabrication.materials import Materials
 from engine.fabrication.servo_parts import drum_errors, drum_order, groove_radii
-from engine.robot import GRAVITY
+from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.picture import Pen, Picture

@@ -8,7 +8,7 @@ import pytest
 
 import engine.run
 from engine.config import preset
-from engine.evaluation import TrialConfig
+from engine.simulation.evaluation import TrialConfig
 from engine.tasks import load_task, loading
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

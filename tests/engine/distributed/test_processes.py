@@ -16,10 +16,10 @@ from made_up import TINY
 from run_hash import hash_of
 
 import engine.run
-from engine.computer import this_computer
 from engine.distributed.processes import ProcessWorkers
 from engine.errors import InvalidData, TaskError
 from engine.reader import RunReader
+from engine.simulation.provenance import this_computer
 from engine.store import RunWriter
 
 

@@ -12,7 +12,7 @@ from engine.fabrication.cables import EYELET_WALL, cable_problems, design_cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import MAX_TAIL, MIN_TAIL, PRESETS, load_materials
 from engine.fabrication.rods import rods, stock_plan
-from engine.robot import Physics, build_spec, module_placements
+from engine.simulation.model import Physics, build_spec, module_placements
 
 MATERIALS = {name: load_materials(name) for name in PRESETS}
 

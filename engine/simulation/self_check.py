@@ -1,6 +1,6 @@
 """A small simulation whose outcome is known: does this installation compute what it should?
 
-``python -m engine.known_simulation`` records it anew, after the physics has been changed on purpose.
+``python -m engine.simulation.self_check`` records it anew, after the physics has been changed on purpose.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, Neat
-from engine.evaluation import Evaluation, LocalEvaluator, Solution, TrialConfig
-from engine.robot import Physics, body_fingerprint
+from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution, TrialConfig
+from engine.simulation.model import Physics, body_fingerprint
 from engine.tasks import GOAL_REACHING
 
-FILE: Final = Path(__file__).parent / "data" / "known_simulation.json"
+FILE: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"
 TOLERANCE: Final = 1e-4
 """Metres by which a processor with other instructions may differ after this short time."""
 TRIALS: Final = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1.0)

@@ -16,14 +16,14 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from engine.batch import Observer, SimulationBatch
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.history import Failure
-from engine.robot import Physics, RobotModel, build_robot, face_rods, with_walls
+from engine.simulation.batch import Observer, SimulationBatch
+from engine.simulation.history import Failure
+from engine.simulation.model import Physics, RobotModel, build_robot, face_rods, with_walls
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 

@@ -16,9 +16,9 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import InvalidData
-from engine.history import Failure
-from engine.robot import Physics
-from engine.simulation import (
+from engine.simulation.history import Failure
+from engine.simulation.model import Physics
+from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
     ClosedLoop,
     Head,

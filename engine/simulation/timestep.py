@@ -12,7 +12,7 @@ import math
 from typing import Final
 
 from engine.errors import InvalidData
-from engine.robot import MOST_PARTS, Physics
+from engine.simulation.model import MOST_PARTS, Physics
 
 ROD_BRAKING_RATE: Final = 12_700.0
 """Largest rate in 1/s at which the cables brake a turning rod, all inertia real."""

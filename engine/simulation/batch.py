@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from mujoco import batch
 
-from engine.guard import Guard
-from engine.history import Failure, History
-from engine.robot import Physics, RobotModel
+from engine.simulation.divergence import Guard
+from engine.simulation.history import Failure, History
+from engine.simulation.model import Physics, RobotModel
 
 
 class SimulationBatch:

@@ -12,7 +12,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from engine.robot import RobotModel
+from engine.simulation.model import RobotModel
 
 ARENA_RADIUS: Final = 10.0
 """A rod whose x, y or z is further than this from the origin, in m, means that a simulation has diverged."""
