@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from engine.archive import Cell
 from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
 from engine.records import cell_name
+from engine.search.archive import Cell
 
 
 def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:

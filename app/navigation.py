@@ -13,9 +13,9 @@ from app.address import AddressBar, Place, find_run, run_name
 from app.chosen_robot import ChosenRobot
 from app.library import Library
 from app.state import SessionState
-from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.records import cell_name
+from engine.search.archive import Cell
 
 PATIENCE: Final = 4.0
 """Seconds that a browser has to say what it came for."""

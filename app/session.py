@@ -23,10 +23,10 @@ from app.shared_scale import SharedScale
 from app.state import SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
-from engine.archive import Cell
 from engine.errors import InvalidData, TensAtlasError
 from engine.reader import RunReader
 from engine.run import changed_versions
+from engine.search.archive import Cell
 
 
 class Session:

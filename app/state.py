@@ -6,10 +6,10 @@ import dataclasses
 from pathlib import Path
 
 from app.basket import Item
-from engine.archive import Cell
 from engine.generations import Generation
 from engine.lineage import Ancestor
 from engine.reader import RunReader
+from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.trial_choice import FIRST_TRIAL, TrialChoice
 

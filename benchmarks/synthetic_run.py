@@ -9,15 +9,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from engine.algorithms.base import Axis
-from engine.algorithms.maps import morphology_archive, morphology_axes
-from engine.archive import Cell, GridArchive
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
-from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.run import statistics, versions
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell, GridArchive
+from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
+from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.store import RunWriter
 from engine.tasks import fitness, get_task

@@ -7,11 +7,11 @@ import sys
 import typing
 from typing import Any, Final, Literal
 
-from engine.algorithms.dm_me import check_cell_capacity
-from engine.algorithms.map_search import PAPER_REFITS, check_overlap, check_schedule
-from engine.algorithms.vie_neat import VieNeatConfig
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
+from engine.search.dm_me import check_cell_capacity
+from engine.search.map_search import PAPER_REFITS, check_overlap, check_schedule
+from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.model import Physics
 from engine.tasks import get_task

@@ -8,9 +8,9 @@ import math
 import sqlite3
 from typing import Any, Final, Self
 
-from engine.algorithms.base import Axis
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
+from engine.search.algorithm import Axis
 
 MAX_CELLS_PER_AXIS: Final = 200
 

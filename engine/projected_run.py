@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell, GridArchive
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
 from engine.generations import Generation
-from engine.measures import body_axes, trajectory_axes
 from engine.reader import RunReader
 from engine.run import check_physics, create_evaluator, statistics
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell, GridArchive
+from engine.search.axes import body_axes, trajectory_axes
 from engine.simulation.evaluation import Evaluation
 from engine.store import RunWriter
 from engine.tasks import get_task

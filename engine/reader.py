@@ -9,7 +9,6 @@ import math
 from pathlib import Path
 from typing import Any, Self
 
-from engine.archive import Cell
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
@@ -18,6 +17,7 @@ from engine.lineage import Ancestor
 from engine.lock import is_being_written
 from engine.records import dump, from_row, parse_cell
 from engine.run_database import Damage, RunDatabase
+from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer
 from engine.tasks import get_task, task_version

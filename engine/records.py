@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from engine.archive import Cell
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
+from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation, Solution
 
 

@@ -12,12 +12,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from engine.algorithms.base import Algorithm
-from engine.algorithms.dm_me import DoubleMapMapElites
-from engine.algorithms.map_elites import MapElites
-from engine.algorithms.snapshot import Snapshot
-from engine.algorithms.vie_neat import VieNeat
-from engine.archive import GridArchive
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
@@ -26,6 +20,12 @@ from engine.distributed.pool import PoolEvaluator, Workers
 from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
+from engine.search.algorithm import Algorithm
+from engine.search.archive import GridArchive
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_elites import MapElites
+from engine.search.snapshot import Snapshot
+from engine.search.vie_neat import VieNeat
 from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.simulation.model import body_fingerprint, build_robot
 from engine.simulation.timestep import check_timestep

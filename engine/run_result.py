@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from engine.archive import Cell
 from engine.config import RunConfig
 from engine.elite_map import (
     CONTROLLER,
@@ -21,8 +20,9 @@ from engine.elite_map import (
 )
 from engine.errors import InvalidData, RunFileError
 from engine.generations import Generation
-from engine.measures import body_axes
 from engine.reader import RunReader
+from engine.search.archive import Cell
+from engine.search.axes import body_axes
 from engine.tasks import get_task
 
 ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}

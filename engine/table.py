@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
-from engine.descriptors import TrajectoryDescriptor, sensory_data
 from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
 from engine.files import csv_text
-from engine.measures import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.reader import RunReader
 from engine.records import cell_name, dump
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from engine.search.axes import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
+from engine.search.descriptors import TrajectoryDescriptor, sensory_data
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 

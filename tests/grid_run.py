@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell, GridArchive
-from engine.descriptors import morphology_cell
 from engine.reader import RunReader
 from engine.run import statistics, versions
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell, GridArchive
+from engine.search.descriptors import morphology_cell
 from engine.simulation.evaluation import Evaluation
 from engine.store import RunWriter
 from engine.tasks import get_task

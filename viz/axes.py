@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
 from engine.body.module import stiffness_n_per_m
-from engine.measures import body_axes, cell_centre, trajectory_axes
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from engine.search.axes import body_axes, cell_centre, trajectory_axes
 
 TITLES: Final = {
     "stiffness": "relative stiffness",

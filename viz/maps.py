@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.generations import Generation
 from engine.reader import RunReader
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
 from engine.tasks import get_task
 
 

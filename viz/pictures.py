@@ -6,8 +6,8 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
 from viz import heatmap, nested
 from viz.coloring import FITNESS, Coloring
 from viz.heatmap import Heatmap, Ring, Tile

@@ -10,11 +10,11 @@ from typing import Any, Final
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
 from engine.comparison import TaskComparison
 from engine.elite_map import CONTROLLER, MORPHOLOGY, EliteMap
 from engine.run_result import RunResult
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
 from viz import axes as axis_text
 from viz import theme
 from viz.report_style import Look, dress

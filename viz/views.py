@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
-from engine.projection import project, section
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from engine.search.projection import project, section
 from viz import axes as axis_text
 from viz.maps import Content
 

@@ -11,8 +11,8 @@ import viser
 
 from app.field_docs import field_docs
 from app.run_form import EVERYDAY, FieldError, RunForm, label_of
-from engine.algorithms.vie_neat import VieNeatConfig
 from engine.config import PRESETS, RunConfig
+from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.model import Physics
 

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 from made_up import MADE_UP, evaluation
 
-from engine.algorithms.base import Axis
-from engine.archive import GridArchive
 from engine.run import statistics
+from engine.search.algorithm import Axis
+from engine.search.archive import GridArchive
 from engine.store import RunWriter
 
 SHAPE = (9, 10, 9, 10)

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import evaluation, examples
 
-from engine.archive import DeepGridArchive, GridArchive, parent_weights
 from engine.errors import InvalidData
+from engine.search.archive import DeepGridArchive, GridArchive, parent_weights
 
 SHAPE = (3, 4)
 cells = st.tuples(st.integers(0, SHAPE[0] - 1), st.integers(0, SHAPE[1] - 1))

@@ -9,12 +9,12 @@ import pytest
 from made_up import MADE_UP, evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
-from engine.algorithms.vie_neat import VieNeatConfig
 from engine.body.morphology import Morphology
 from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.comparison_tables import csv_files
 from engine.errors import InvalidData, RunFileError
 from engine.run_result import load_result
+from engine.search.vie_neat import VieNeatConfig
 from engine.store import RunWriter
 
 N = 32  # evaluations of a random_grid_run

@@ -13,8 +13,8 @@ from sklearn.decomposition import PCA
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from engine.algorithms.dm_me import DoubleMapMapElites, check_cell_capacity
 from engine.errors import InvalidData
+from engine.search.dm_me import DoubleMapMapElites, check_cell_capacity
 
 REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)

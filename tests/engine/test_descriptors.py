@@ -11,7 +11,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from engine.body.morphology import Morphology
-from engine.descriptors import (
+from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     MORPHOLOGY_SHAPE,
     PER_MODULE_SHAPE,

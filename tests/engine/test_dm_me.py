@@ -11,10 +11,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_up import SEARCH, describe, evaluate, examples, generation, held, made_up_evaluation, nothing_else
 
-from engine.algorithms.dm_me import DoubleMapMapElites
-from engine.algorithms.map_search import PAPER_REFITS, check_schedule
-from engine.algorithms.variation import MUTATIONS
 from engine.errors import InvalidData
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_search import PAPER_REFITS, check_schedule
+from engine.search.variation import MUTATIONS
 
 REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)

@@ -10,9 +10,7 @@ from made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
 import engine.run
-from engine.algorithms.base import Axis
 from engine.body.morphology import Morphology
-from engine.descriptors import sensory_data
 from engine.elite_map import (
     EliteMap,
     archive_maps,
@@ -22,11 +20,13 @@ from engine.elite_map import (
     load_maps,
 )
 from engine.errors import InvalidData, RunFileError
-from engine.measures import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.projected_run import DOWN, UP, project_run
 from engine.reader import RunReader
 from engine.run import create_algorithm, resume, statistics
 from engine.run_result import load_result
+from engine.search.algorithm import Axis
+from engine.search.axes import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
+from engine.search.descriptors import sensory_data
 from engine.store import RunWriter
 
 MODULES, STIFFNESS, PCA_1, PCA_2 = AXES

@@ -20,12 +20,12 @@ from made_up import (
     some_controller,
 )
 
-from engine.algorithms.dm_me import DoubleMapMapElites
-from engine.algorithms.map_elites import MapElites
-from engine.algorithms.maps import TrajectoryMap
-from engine.archive import GridArchive
 from engine.body.morphology import Morphology
-from engine.descriptors import morphology_cell
+from engine.search.archive import GridArchive
+from engine.search.descriptors import morphology_cell
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_elites import MapElites
+from engine.search.trajectory_archive import TrajectoryMap
 from engine.simulation.evaluation import Solution
 
 REFITS = SEARCH["refit_generations"]

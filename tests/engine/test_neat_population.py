@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
-from engine.algorithms.neat_population import FloatingSizeReproduction, NeatPopulation
 from engine.control.genome import NEAT_PARAMETERS, Neat, from_genome, logistic, to_genome
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
+from engine.search.neat_population import FloatingSizeReproduction, NeatPopulation
 
 seeds = st.integers(0, 2**32)
 INPUTS = np.array([[45.0, 1.5], [20.0, -0.7], [3.0, 0.0], [-1.0, 3.1]])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
-from engine.algorithms.pairing import pair_randomly, paired_fitness
+from engine.search.pairing import pair_randomly, paired_fitness
 
 sizes = st.integers(1, 60)
 

@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import evaluation, examples
 
-from engine.archive import GridArchive
-from engine.projection import project, section
+from engine.search.archive import GridArchive
+from engine.search.projection import project, section
 
 HELD = {
     (0, 0, 0, 0): (0.30, 1),

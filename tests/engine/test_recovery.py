@@ -9,7 +9,6 @@ from made_up import MADE_UP, MadeUpEvaluator
 from run_hash import hash_of
 
 import engine.run
-from engine.algorithms.vie_neat import VieNeatConfig
 from engine.checkup import check_run
 from engine.errors import RunFileError
 from engine.migration import migrate
@@ -17,6 +16,7 @@ from engine.reader import RunReader
 from engine.recovery import recover
 from engine.salvage import salvage
 from engine.schema import FORMAT_VERSION
+from engine.search.vie_neat import VieNeatConfig
 
 OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
 """A run of the first format."""

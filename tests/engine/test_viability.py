@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
-from engine.algorithms.viability import TIE, Member, ViabilityPopulation
 from engine.body.morphology import Morphology
+from engine.search.viability import TIE, Member, ViabilityPopulation
 
 BODY = Morphology(5, (1, 2, 3))
 seeds = st.integers(0, 2**32)

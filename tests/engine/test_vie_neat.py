@@ -16,13 +16,13 @@ from made_up import evaluate, evaluation, examples, generation, held, made_up_ev
 from test_run import RUN_UNTIL_KILLED, evolve, hash_of
 
 import engine.run
-from engine.algorithms.vie_neat import VieNeat, VieNeatConfig
 from engine.body.morphology import random_morphology
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from engine.reader import RunReader
+from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
 
 SMALL = VieNeatConfig(morphologies=6, mutants=6, controllers=9, elitism=1)

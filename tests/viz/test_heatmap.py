@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.algorithms.base import Axis
+from engine.search.algorithm import Axis
 from viz.heatmap import LEFT, Heatmap, Ring, Tile, render
 from viz.scale import NO_VALUE, Scale
 

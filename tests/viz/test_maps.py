@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.algorithms.base import Axis
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
-from engine.measures import body_cell
 from engine.reader import RunReader
+from engine.search.algorithm import Axis
+from engine.search.axes import body_cell
 from viz import axes
 from viz.coloring import AGE, FITNESS, by_number, by_visits
 from viz.maps import Content, Elite, load_contents

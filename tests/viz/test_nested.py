@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
 from viz.heatmap import Ring, Tile
 from viz.nested import MARK, Geometry, NestedMap, render, ring_style
 from viz.scale import Scale

@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 
-from engine.archive import Cell
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
@@ -20,6 +19,7 @@ from engine.identity import robot_hash, robot_id
 from engine.reader import RunReader
 from engine.records import cell_name
 from engine.robustness import Robustness, load_robust_of
+from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.tasks import Task, get_task

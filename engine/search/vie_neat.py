@@ -25,16 +25,16 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from engine.algorithms.base import Algorithm, Axis, Recall
-from engine.algorithms.maps import morphology_archive, morphology_axes
-from engine.algorithms.neat_population import NeatPopulation
-from engine.algorithms.pairing import pair_randomly, paired_fitness
-from engine.algorithms.variation import restore_rng, rng_state
-from engine.algorithms.viability import Candidate, Member, ViabilityPopulation
-from engine.archive import Cell, GridArchive
 from engine.body.morphology import StiffnessMode, random_morphology
-from engine.descriptors import morphology_cell
 from engine.errors import InvalidData
+from engine.search.algorithm import Algorithm, Axis, Recall
+from engine.search.archive import Cell, GridArchive
+from engine.search.descriptors import morphology_cell
+from engine.search.neat_population import NeatPopulation
+from engine.search.pairing import pair_randomly, paired_fitness
+from engine.search.trajectory_archive import morphology_archive, morphology_axes
+from engine.search.variation import restore_rng, rng_state
+from engine.search.viability import Candidate, Member, ViabilityPopulation
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_SIZE = 10_000

@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from engine.algorithms.base import Algorithm, Recall
-from engine.algorithms.maps import TrajectoryMap
-from engine.algorithms.variation import Variation
-from engine.archive import Cell
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
+from engine.search.algorithm import Algorithm, Recall
+from engine.search.archive import Cell
+from engine.search.trajectory_archive import TrajectoryMap
+from engine.search.variation import Variation
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200

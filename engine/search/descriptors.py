@@ -8,9 +8,9 @@ from typing import Any, Final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from engine.archive import Cell
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology, StiffnessMode
+from engine.search.archive import Cell
 
 N_SIZES: Final = MAX_MODULES - MIN_MODULES + 1
 MORPHOLOGY_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from engine.archive import Cell
+from engine.search.archive import Cell
 
 E = TypeVar("E")
 

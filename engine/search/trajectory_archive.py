@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell, GridArchive
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.body.morphology import StiffnessMode
-from engine.descriptors import (
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell, GridArchive
+from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     TrajectoryDescriptor,
     morphology_shape,

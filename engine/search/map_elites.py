@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from engine.algorithms.base import Axis
-from engine.algorithms.map_search import PAPER_REFITS, MapSearch
-from engine.algorithms.maps import TrajectoryMap, morphology_axes
-from engine.archive import GridArchive
 from engine.body.morphology import StiffnessMode
-from engine.descriptors import (
+from engine.search.algorithm import Axis
+from engine.search.archive import GridArchive
+from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     morphology_cell,
     morphology_shape,
     n_possible_morphology_cells,
 )
+from engine.search.map_search import PAPER_REFITS, MapSearch
+from engine.search.trajectory_archive import TrajectoryMap, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
 
 

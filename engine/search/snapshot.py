@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from engine.algorithms.base import Axis
-from engine.archive import GridArchive
+from engine.search.algorithm import Axis
+from engine.search.archive import GridArchive
 
 
 class Snapshot(Protocol):

@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from engine.algorithms.base import Axis
-from engine.archive import Cell
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
 
 TRAJECTORY_PREFIX: Final = "PCA"
 """Begins the name of every axis that is a principal component of the head's trajectory."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from engine.algorithms.base import Axis, Recall
-from engine.algorithms.map_search import PAPER_REFITS, MapSearch
-from engine.algorithms.maps import TrajectoryMap, morphology_archive, morphology_axes
-from engine.archive import Cell, DeepGridArchive, GridArchive
 from engine.body.morphology import StiffnessMode
-from engine.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.errors import InvalidData
 from engine.records import cell_name, parse_cell
+from engine.search.algorithm import Axis, Recall
+from engine.search.archive import Cell, DeepGridArchive, GridArchive
+from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
+from engine.search.map_search import PAPER_REFITS, MapSearch
+from engine.search.trajectory_archive import TrajectoryMap, morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_CELL_CAPACITY: Final = 1000

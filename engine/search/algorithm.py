@@ -7,7 +7,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from engine.archive import GridArchive
+from engine.search.archive import GridArchive
 from engine.simulation.evaluation import Evaluation, Solution
 
 Recall = Callable[[set[int]], Mapping[int, Evaluation]]
