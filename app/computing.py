@@ -10,8 +10,8 @@ from rich.console import Console
 from app.progress import ProgressDisplay
 from app.workers import WorkerFlags, opened
 from engine import run
-from engine.allocator import keep_memory_compact
 from engine.config import RunConfig
+from engine.workers.malloc import keep_memory_compact
 
 
 def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console) -> None:

@@ -24,10 +24,10 @@ from app.dump_session import DumpSession
 from app.library import Library
 from app.session import Session
 from app.viser_private import Gate, start_server
-from engine.allocator import keep_memory_compact
 from engine.dump import read_dump
 from engine.errors import TensAtlasError
 from engine.reader import RunReader
+from engine.workers.malloc import keep_memory_compact
 from viz import theme
 
 EVERY_ADDRESS = ("0.0.0.0", "::", "")

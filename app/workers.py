@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
-from engine.distributed.dask_workers import DaskWorkers
-from engine.distributed.pool import Workers
-from engine.distributed.processes import TIMEOUT, ProcessWorkers
-from engine.distributed.slurm import slurm_cluster
 from engine.errors import InvalidData
+from engine.workers.dask_workers import DaskWorkers
+from engine.workers.pool import Workers
+from engine.workers.processes import TIMEOUT, ProcessWorkers
+from engine.workers.slurm import slurm_cluster
 
 MAX_WORKERS = 1024
 

@@ -26,14 +26,14 @@ from engine import run
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
-from engine.distributed.dask_workers import DaskWorkers, local_cluster
-from engine.distributed.job import Result, World, world_of
-from engine.distributed.pool import Died, PoolEvaluator, Workers
-from engine.distributed.processes import ProcessWorkers
 from engine.errors import TensAtlasError
 from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
 from engine.simulation.provenance import Origin, this_computer
 from engine.tasks import get_task
+from engine.workers.dask_workers import DaskWorkers, local_cluster
+from engine.workers.job import Result, World, world_of
+from engine.workers.pool import Died, PoolEvaluator, Workers
+from engine.workers.processes import ProcessWorkers
 
 SECONDS_PER_TRIAL = {2: 0.51, 4: 0.94, 6: 1.34, 8: 1.81, 10: 2.66}
 """CPU seconds of one trial by modules, as one of eight: docs/physics.md."""

@@ -15,8 +15,6 @@ from typing import Any
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.distributed.job import world_of
-from engine.distributed.pool import PoolEvaluator, Workers
 from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
@@ -30,8 +28,10 @@ from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, 
 from engine.simulation.model import body_fingerprint, build_robot
 from engine.simulation.timestep import check_timestep
 from engine.store import RunWriter
-from engine.stream import LocalStream, Stream
 from engine.tasks import get_task, task_version
+from engine.workers.evaluator import LocalStream, Stream
+from engine.workers.job import world_of
+from engine.workers.pool import PoolEvaluator, Workers
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import pytest
 
 HEAPS = """
 import ctypes, sys, threading
-from engine.allocator import keep_memory_compact
+from engine.workers.malloc import keep_memory_compact
 
 if sys.argv[1] == "compact":
     assert keep_memory_compact()

@@ -10,9 +10,9 @@ from made_up import TINY
 from run_hash import hash_of
 
 import engine.run
-from engine.distributed.dask_workers import DaskWorkers, local_cluster
 from engine.errors import ClusterError
 from engine.reader import RunReader
+from engine.workers.dask_workers import DaskWorkers, local_cluster
 
 pytest.importorskip("distributed")
 
@@ -53,7 +53,7 @@ def test_a_robot_that_kills_its_worker_twice_has_failed_and_the_run_goes_on(clus
 
 
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch):
-    monkeypatch.setattr("engine.distributed.dask_workers.CONNECT_TIMEOUT", 0.5)
+    monkeypatch.setattr("engine.workers.dask_workers.CONNECT_TIMEOUT", 0.5)
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{probe.getsockname()[1]}"

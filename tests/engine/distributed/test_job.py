@@ -6,11 +6,11 @@ import pytest
 from made_up import TINY
 from run_hash import hash_of
 
-from engine.distributed.job import compute, unfinished, world_of
 from engine.errors import ClusterError, InvalidData
 from engine.reader import RunReader
 from engine.records import from_row, to_row
 from engine.simulation.provenance import Computer, differing, this_computer
+from engine.workers.job import compute, unfinished, world_of
 
 
 def test_a_job_gives_what_the_run_has(tiny_run):

@@ -16,11 +16,11 @@ from made_up import TINY
 from run_hash import hash_of
 
 import engine.run
-from engine.distributed.processes import ProcessWorkers
 from engine.errors import InvalidData, TaskError
 from engine.reader import RunReader
 from engine.simulation.provenance import this_computer
 from engine.store import RunWriter
+from engine.workers.processes import ProcessWorkers
 
 
 def test_two_processes_give_the_same_run_though_one_is_killed_at_work(tiny_run, tmp_path):
@@ -87,7 +87,7 @@ def test_a_changed_task_file_is_noticed(bad_task, tmp_path):
 
 PARENT = """
 import sys, time
-from engine.distributed.processes import ProcessWorkers
+from engine.workers.processes import ProcessWorkers
 if __name__ == "__main__":
     with ProcessWorkers(2) as workers:
         workers.start()

@@ -3,8 +3,8 @@
 import pytest
 from dask_jobqueue import SLURMCluster
 
-from engine.distributed.slurm import MARGIN, lifetime, read_settings, slurm_cluster
 from engine.errors import InvalidData
+from engine.workers.slurm import MARGIN, lifetime, read_settings, slurm_cluster
 
 GOOD = """
 jobs = 3

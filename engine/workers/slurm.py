@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from engine.distributed.dask_workers import EXTRA, report_deaths
 from engine.errors import ClusterError, InvalidData
 from engine.toml_file import read_toml
+from engine.workers.dask_workers import EXTRA, report_deaths
 
 _FIELDS: Final[dict[str, type]] = {
     "jobs": int,

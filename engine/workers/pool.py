@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Final, Protocol
 
-from engine.distributed.job import Result, World, unfinished
 from engine.simulation.evaluation import Evaluation, FailureKeeper, Solution
 from engine.simulation.provenance import Origin
+from engine.workers.job import Result, World, unfinished
 
 MAX_DEATHS: Final = 2
 """A job whose worker has died this often is not tried again."""

@@ -15,10 +15,10 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, Final, Self
 
-from engine.distributed.job import Result, World, compute
-from engine.distributed.pool import Died
 from engine.errors import ClusterError
 from engine.simulation.evaluation import Solution
+from engine.workers.job import Result, World, compute
+from engine.workers.pool import Died
 
 CONNECT_TIMEOUT: Final = 20.0
 """Seconds within which a scheduler must answer."""

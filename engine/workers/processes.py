@@ -14,11 +14,11 @@ from collections import deque
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, Self
 
-from engine.allocator import keep_memory_compact
-from engine.distributed.job import Result, World, compute
-from engine.distributed.pool import Died
 from engine.errors import ClusterError, InvalidData, TensAtlasError
 from engine.simulation.evaluation import Solution
+from engine.workers.job import Result, World, compute
+from engine.workers.malloc import keep_memory_compact
+from engine.workers.pool import Died
 
 TIMEOUT: Final = 3600.0
 """Seconds after which an evaluation counts as hanging; with real inertia the longest take minutes."""
