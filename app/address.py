@@ -23,8 +23,8 @@ import viser
 from app.page_value import PageValue
 from app.run_picker import label_paths
 from engine.errors import InvalidData
+from engine.replay.trial import FIRST_TRIAL, Aim, TrialChoice
 from engine.search.archive import Cell
-from engine.trial_choice import FIRST_TRIAL, Aim, TrialChoice
 
 MAX_LENGTH: Final = 2000
 """Characters of the longest query that is read."""

@@ -11,7 +11,7 @@ import viser
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
 from app.scene_camera import SceneCamera
-from engine.replay import Playable
+from engine.replay.replay import Playable
 from viz.robot_geometry import Drawing
 
 EYE = np.array([-0.55, -0.9, 0.95])

@@ -22,15 +22,15 @@ from app.scene_camera import SceneCamera
 from app.stage import Stage
 from app.state import Selection, SessionState
 from app.takeaway import NO_ROBOT, Takeaway
-from engine.dump import read_dump
-from engine.dump_replay import DumpReplay
 from engine.errors import InvalidData
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.replay import Playable, Replay
+from engine.replay.dump import read_dump
+from engine.replay.dump_replay import DumpReplay
+from engine.replay.replay import Playable, Replay
+from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.tasks import get_task
-from engine.trial_choice import FIRST_TRIAL, TrialChoice
 from viz.robot_differences import Entry
 
 

@@ -11,9 +11,9 @@ from app.marks import Marks
 from app.player import Player
 from app.robot_panel import WIDTH, dock
 from app.scene_camera import SceneCamera
-from engine.dump import Dump
-from engine.dump_replay import DumpReplay
-from engine.replay import Playable
+from engine.replay.dump import Dump
+from engine.replay.dump_replay import DumpReplay
+from engine.replay.replay import Playable
 from viz import robot_card
 
 SLIDER_STEP = 0.01

@@ -24,9 +24,9 @@ from app.dump_session import DumpSession
 from app.library import Library
 from app.session import Session
 from app.viser_private import Gate, start_server
-from engine.dump import read_dump
 from engine.errors import TensAtlasError
 from engine.reader import RunReader
+from engine.replay.dump import read_dump
 from engine.workers.malloc import keep_memory_compact
 from viz import theme
 

@@ -15,7 +15,7 @@ from app.lanes import LaneReplay, Start
 from app.marks import Marks
 from app.robot_drawing import RobotDrawing
 from app.scene_camera import SceneCamera
-from engine.replay import Replay
+from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
 from viz import theme
 

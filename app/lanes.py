@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.replay import Frame, Replay
+from engine.replay.replay import Frame, Replay
 from engine.simulation.rollout import Head
 from engine.tasks.walls import Wall
 

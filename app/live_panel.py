@@ -10,8 +10,8 @@ import viser
 from app.widgets import put_html
 from engine.body.kinematics import contraction, internal_lengths
 from engine.config import RunConfig
-from engine.dump_replay import DumpReplay
-from engine.replay import Playable
+from engine.replay.dump_replay import DumpReplay
+from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz import network_diagram, servo_plot

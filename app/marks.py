@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from app.viser_private import put_arrays
-from engine.replay import Playable
+from engine.replay.replay import Playable
 from viz import theme
 from viz.strokes import NumberStrokes
 

@@ -13,9 +13,9 @@ from app.clicks import ClickChannel
 from app.lanes import MAX_LANES, LaneReplay
 from app.widgets import put_html
 from engine.errors import InvalidData
-from engine.replay import Replay
+from engine.replay.replay import Replay
+from engine.replay.trial import TrialChoice
 from engine.tasks import get_task
-from engine.trial_choice import TrialChoice
 from viz import robot_differences as differences
 from viz.robot_differences import Entry
 

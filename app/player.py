@@ -7,8 +7,8 @@ import threading
 import time
 from collections.abc import Callable
 
-from engine.interpolation import frame_at, nearest_index
-from engine.replay import Frame, Playable
+from engine.replay.recording import frame_at, nearest_index
+from engine.replay.replay import Frame, Playable
 
 log = logging.getLogger(__name__)
 

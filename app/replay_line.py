@@ -7,10 +7,10 @@ import html
 import numpy as np
 
 from app.player import Player, current_frame
-from engine.dump_replay import DumpReplay
-from engine.replay import Replay
+from engine.replay.dump_replay import DumpReplay
+from engine.replay.replay import Replay
+from engine.replay.what_if import WhatIfReplay
 from engine.tasks import get_task, remaining_distance
-from engine.what_if import WhatIfReplay
 
 
 def describe(player: Player) -> str:

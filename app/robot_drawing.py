@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.marks import MarkLayer, Marks
 from app.viser_private import put_arrays
 from engine.body.module import ROD_LENGTH
-from engine.replay import Playable
+from engine.replay.replay import Playable
 from engine.tasks.walls import Wall
 from viz import theme
 from viz.drawn_replay import DrawnReplay

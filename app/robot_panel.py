@@ -13,7 +13,7 @@ from app.lineage_panel import LineagePanel
 from app.live_panel import LivePanel
 from engine.config import RunConfig
 from engine.lineage import Ancestor
-from engine.replay import Playable
+from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz import robot_card

@@ -17,9 +17,9 @@ from app.actions import Actions
 from app.clicks import ClickChannel
 from app.run_form import RunForm
 from app.widgets import put, put_html
-from engine.dump import SUFFIX as DUMP_SUFFIX
 from engine.errors import InvalidData
 from engine.generations import Generation
+from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.run import failures_folder
 from viz import run_progress
 

@@ -14,9 +14,9 @@ from app.lanes import LaneReplay
 from app.pins_panel import PinsPanel
 from app.scene_camera import SceneCamera
 from app.what_if_panel import Events, WhatIfPanel
-from engine.replay import Playable
-from engine.trial_choice import TrialChoice
-from engine.what_if import WhatIfReplay
+from engine.replay.replay import Playable
+from engine.replay.trial import TrialChoice
+from engine.replay.what_if import WhatIfReplay
 from viz.robot_differences import Entry
 from viz.what_if import describe
 

@@ -9,9 +9,9 @@ from app.basket import Item
 from engine.generations import Generation
 from engine.lineage import Ancestor
 from engine.reader import RunReader
+from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
-from engine.trial_choice import FIRST_TRIAL, TrialChoice
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -20,9 +20,9 @@ from app.state import Selection, SessionState
 from engine.errors import InvalidData, TensAtlasError
 from engine.reader import RunReader
 from engine.records import cell_name
-from engine.replay import Replay
+from engine.replay.replay import Replay
+from engine.replay.trial import TrialChoice
 from engine.table import csv_bytes, elite_table
-from engine.trial_choice import TrialChoice
 from engine.zip_file import zip_bytes
 
 log = logging.getLogger(__name__)

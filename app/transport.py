@@ -14,8 +14,8 @@ from app.player import Player
 from app.replay_line import describe
 from app.transport_layout import MIN_WIDTH, WIDTH, layout
 from app.widgets import put
-from engine.replay import MAX_FRESH
-from engine.trial_choice import FIRST_TRIAL, TrialChoice
+from engine.replay.replay import MAX_FRESH
+from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from viz import tension_legend
 from viz.robot_geometry import full_tension
 

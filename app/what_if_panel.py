@@ -15,8 +15,8 @@ from app.widgets import put, put_html
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
+from engine.replay.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
 from engine.tasks import get_task
-from engine.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
 from viz import what_if as view
 from viz.robot_differences import Entry
 

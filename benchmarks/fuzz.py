@@ -39,13 +39,13 @@ from engine.checkup import check_run
 from engine.config import RunConfig, from_json, preset, to_json
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.dump import Dump, read_dump, write_dump
 from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.lock import holder_of, is_being_written, lock_path
 from engine.reader import RunReader
 from engine.recovery import recover
-from engine.replay import Replay
+from engine.replay.dump import Dump, read_dump, write_dump
+from engine.replay.replay import Replay
 from engine.robustness import load_robust
 from engine.run import create_algorithm, statistics, versions
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig

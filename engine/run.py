@@ -15,9 +15,9 @@ from typing import Any
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.dump import DumpFolder
 from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
+from engine.replay.dump import DumpFolder
 from engine.search.algorithm import Algorithm
 from engine.search.archive import GridArchive
 from engine.search.dm_me import DoubleMapMapElites

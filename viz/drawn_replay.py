@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from engine.interpolation import mix, mix_turns, place_of
-from engine.replay import Playable
+from engine.replay.recording import mix, mix_turns, place_of
+from engine.replay.replay import Playable
 from viz.robot_geometry import Drawing, RobotGeometry
 
 AT_ONCE: Final = 25

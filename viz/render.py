@@ -17,8 +17,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from engine.body import module as t
 from engine.errors import ExportError
-from engine.interpolation import frame_at
-from engine.replay import Replay
+from engine.replay.recording import frame_at
+from engine.replay.replay import Replay
 from viz import theme
 from viz.camera import NEAR, Camera
 from viz.painting import Look, Part, draw_ball, draw_rod, mix, rod_ends, shade, wall_faces

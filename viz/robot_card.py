@@ -9,7 +9,7 @@ import numpy as np
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.dump import Dump
+from engine.replay.dump import Dump
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz import theme

@@ -19,7 +19,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.errors import ExportError
-from engine.replay import Replay
+from engine.replay.replay import Replay
 from engine.tasks import get_task
 from viz import robot_card, theme
 from viz.robot_geometry import ACTUATOR_DRAWN_RADIUS, NODE_DRAWN_RADIUS, ROD_DRAWN_RADIUS, RobotGeometry

@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any, Final
 
 from engine.errors import ExportError
-from engine.replay import Replay
+from engine.replay.replay import Replay
 from viz.painting import Look
 from viz.render import Renderer
 

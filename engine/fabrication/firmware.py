@@ -22,7 +22,7 @@ from engine.body import module as t
 from engine.body import servo
 from engine.config import RunConfig
 from engine.control.network import Plan
-from engine.replay import repeat_trial
+from engine.replay.replay import repeat_trial
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.model import Physics
 from engine.simulation.rollout import Head

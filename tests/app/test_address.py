@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.address import Place, find_run, run_name
-from engine.trial_choice import Aim, TrialChoice
+from engine.replay.trial import Aim, TrialChoice
 
 PATHS = [Path("/a/one.tsmr"), Path("/a/two.tsmr"), Path("/b/two.tsmr"), Path("/b/my run.v2.tsmr")]
 number = st.none() | st.integers(0, 10**9 - 1)

@@ -16,8 +16,8 @@ from app import explore
 from app.cli import main
 from app.player import Player, current_frame
 from app.replay_line import describe
-from engine.dump import Dump, read_dump
-from engine.dump_replay import DumpReplay
+from engine.replay.dump import Dump, read_dump
+from engine.replay.dump_replay import DumpReplay
 from engine.simulation.model import Physics
 from viz import robot_card
 

@@ -17,8 +17,8 @@ from app.lanes import Start
 from app.pins_panel import lane_replay
 from app.player import Player
 from engine.reader import RunReader
+from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
-from engine.trial_choice import TrialChoice
 from viz.robot_differences import Entry, render, render_distances, render_pins, rows
 
 finite = st.floats(-2.0, 2.0)

@@ -11,7 +11,7 @@ from app.player import Player, current_frame
 from app.replay_line import describe
 from engine.errors import InvalidData
 from engine.reader import RunReader
-from engine.replay import Replay
+from engine.replay.replay import Replay
 
 
 @pytest.fixture

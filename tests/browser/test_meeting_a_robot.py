@@ -13,8 +13,8 @@ from widgets import choose, field_of
 
 from app.explore import serve
 from engine.reader import RunReader
-from engine.replay import Replay
-from engine.trial_choice import Aim
+from engine.replay.replay import Replay
+from engine.replay.trial import Aim
 from viz.network_diagram import NetworkDiagram
 from viz.servo_plot import page_of, position
 

@@ -17,7 +17,7 @@ from playwright.sync_api import Page, expect
 from processes import environment, free_port
 from widgets import field_of
 
-from engine.dump import Dump, read_dump
+from engine.replay.dump import Dump, read_dump
 
 pytestmark = pytest.mark.browser
 

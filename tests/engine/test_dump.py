@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
-import engine.dump
+import engine.replay.dump
 import engine.run
 from engine.body.morphology import Morphology
-from engine.dump import Dump, DumpFolder, read_dump, write_dump
-from engine.dump_replay import DumpReplay
 from engine.errors import DumpError
 from engine.reader import RunReader
+from engine.replay.dump import Dump, DumpFolder, read_dump, write_dump
+from engine.replay.dump_replay import DumpReplay
 from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
 from engine.simulation.model import Physics
 from engine.tasks import GOAL_REACHING
@@ -188,7 +188,7 @@ def folder_of(path, n_failed=0):
 
 
 def test_dumps_are_limited(failures, tmp_path, monkeypatch):
-    monkeypatch.setattr(engine.dump, "MAX_DUMPS", 3)
+    monkeypatch.setattr(engine.replay.dump, "MAX_DUMPS", 3)
     dumps = folder_of(tmp_path / "d", n_failed=1)
     said = []
     for number in range(4):
@@ -214,7 +214,7 @@ def test_a_full_disk_is_no_reason_to_stop(failures, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(engine.dump.os, "fsync", full)
+    monkeypatch.setattr(engine.replay.dump.os, "fsync", full)
     assert folder_of(tmp_path / "d").keep(failures[0]) == " (not dumped: No space left on device)"
     assert not list((tmp_path / "d").iterdir())
 
@@ -225,7 +225,7 @@ def texts(path):
 
 
 def test_a_run_keeps_its_failures_the_same_ones_whatever_happens(tmp_path, monkeypatch):
-    monkeypatch.setattr(engine.dump, "MAX_DUMPS", 4)
+    monkeypatch.setattr(engine.replay.dump, "MAX_DUMPS", 4)
     config = dataclasses.replace(CONFIG, trials=dataclasses.replace(CONFIG.trials, repeats=1))
 
     def stop(progress):
@@ -312,7 +312,7 @@ def put_file(name, content):
 
 
 def grow(files, table):
-    files["robot.xml"] = bytes(engine.dump.MAX_BYTES + 1)
+    files["robot.xml"] = bytes(engine.replay.dump.MAX_BYTES + 1)
 
 
 def spoil(files, table):
@@ -391,7 +391,7 @@ def test_no_dump_at_all_gets_one_line(packed, tmp_path):
     for content in (b"", b"hello", packed[1:]):
         assert "is not a failure dump" in refused(bad, content)
     assert "damaged" in refused(bad, packed[:-30])
-    assert "too large" in refused(bad, bytes(engine.dump.MAX_BYTES + 1))
+    assert "too large" in refused(bad, bytes(engine.replay.dump.MAX_BYTES + 1))
     for path in (tmp_path / "missing.tsdump", tmp_path):
         with pytest.raises(DumpError, match="cannot be read"):
             read_dump(path)

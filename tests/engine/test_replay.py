@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from engine.contacts import ContactFinder
 from engine.control.network import Network
 from engine.errors import InvalidData
 from engine.reader import RunReader
-from engine.replay import MAX_FRESH, Replay, repeat_trial
+from engine.replay.contacts import ContactFinder
+from engine.replay.replay import MAX_FRESH, Replay, repeat_trial
+from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.model import build_robot
-from engine.trial_choice import Aim, TrialChoice
 
 NUMBER = 2
 

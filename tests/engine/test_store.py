@@ -18,7 +18,7 @@ from engine.errors import InvalidData, RunFileError
 from engine.reader import RunReader
 from engine.records import cell_name, from_row, parse_cell, to_row
 from engine.reevaluation import reevaluate
-from engine.replay import Replay
+from engine.replay.replay import Replay
 from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.store import RunWriter, is_being_written, lock_path

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.errors import InvalidData
-from engine.trial_choice import FARTHEST, NEAREST, Aim
+from engine.replay.trial import FARTHEST, NEAREST, Aim
 
 aims = st.builds(Aim, st.integers(-179, 180), st.integers(NEAREST, FARTHEST))
 

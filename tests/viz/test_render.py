@@ -9,7 +9,7 @@ from PIL import Image
 
 from engine.errors import ExportError
 from engine.reader import RunReader
-from engine.replay import Replay
+from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
 from viz import theme, video
 from viz.camera import Camera

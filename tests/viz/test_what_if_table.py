@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from engine.reader import RunReader
+from engine.replay.what_if import with_face, with_modules
 from engine.tasks import get_task
-from engine.what_if import with_face, with_modules
 from viz.what_if import compare, render_genes, render_table, scores_at
 
 

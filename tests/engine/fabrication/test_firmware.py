@@ -190,7 +190,7 @@ def test_a_task_of_ones_own_has_its_inputs_named(tmp_path, monkeypatch):
         target_bearings=(0.0,),
     )
     monkeypatch.setattr("engine.fabrication.firmware.get_task", lambda _: task)
-    monkeypatch.setattr("engine.replay.get_task", lambda _: task)
+    monkeypatch.setattr("engine.replay.replay.get_task", lambda _: task)
     files = firmware_files(CONFIG, robot(2), run="mine")
     assert "inputs[0]: light * / left" in files["tsmr_robot/sensing.h"].decode()
     assert "START_INPUTS[INPUTS] = {0.3, 0.3};" in files["tsmr_robot/controller.h"].decode()

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from engine.replay import Frame, Playable
+from engine.replay.replay import Frame, Playable
 
 NEAR: Final = 1e-4
 """Part of a period within which a moment is that of a recorded frame."""

@@ -11,14 +11,14 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
+from engine.replay.contacts import ContactFinder
+from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.evaluation import Evaluation, fresh_number, noise_seed
 from engine.simulation.rollout import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
 from engine.simulation.timestep import check_timestep
 from engine.tasks import get_task, target_offsets, worlds
 from engine.tasks.walls import Wall
-from engine.trial_choice import Aim, TrialChoice
 
 UPDATES_PER_FRAME: Final = 2
 """Control updates between two recorded frames: 25 frames a second at 50 Hz."""

@@ -14,9 +14,9 @@ import numpy as np
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.contacts import ContactFinder
 from engine.errors import InvalidData, TaskError
-from engine.replay import UPDATES_PER_FRAME, Frame
+from engine.replay.contacts import ContactFinder
+from engine.replay.replay import UPDATES_PER_FRAME, Frame
 from engine.simulation.evaluation import Evaluation, noise_seed
 from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
 from engine.simulation.timestep import check_timestep

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.contacts import ContactFinder
-from engine.dump import Dump
-from engine.replay import Frame
+from engine.replay.contacts import ContactFinder
+from engine.replay.dump import Dump
+from engine.replay.replay import Frame
 from engine.simulation.divergence import ARENA_RADIUS, Guard
 from engine.simulation.rollout import Head
 
