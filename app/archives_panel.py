@@ -15,9 +15,9 @@ from app.color_controls import ColorControls, ColorWish
 from app.library import run_state
 from app.run_picker import RunPicker
 from app.widgets import in_a_row, put, put_html
-from engine.generations import Generation
-from engine.reader import RunReader
 from engine.search.archive import Cell
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
 from viz import keyboard, theme, trend
 from viz.heatmap import Ring
 from viz.pictures import Picture

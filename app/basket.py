@@ -11,9 +11,9 @@ from app.export_choice import ExportChoice
 from app.recording import Progress
 from app.robot_folder import robot_folder
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.build_sheet.facts import Place
 

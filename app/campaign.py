@@ -21,7 +21,7 @@ from app.workers import WorkerFlags, check
 from engine.campaign import PlannedRun, read_campaign
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 POLL = 0.5
 ATTEMPTS = 2

@@ -23,13 +23,13 @@ from app.stage import Stage
 from app.state import Selection, SessionState
 from app.takeaway import NO_ROBOT, Takeaway
 from engine.errors import InvalidData
-from engine.reader import RunReader
-from engine.records import cell_name
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Playable, Replay
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
 from engine.tasks import get_task
 from viz.robot_differences import Entry
 

@@ -26,10 +26,10 @@ from app.verification import print_verification
 from app.workers import WorkerFlags, check_workers
 from engine.config import preset
 from engine.errors import TensAtlasError
-from engine.generations import Generation
-from engine.reader import RunReader
-from engine.records import parse_cell
 from engine.simulation.provenance import differing
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
+from engine.storage.rows import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 from engine.verify import changed_physics, verify
 

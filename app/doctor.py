@@ -16,14 +16,14 @@ from typing import Final
 from rich.console import Console
 
 from app.library import NEW_RUNS
-from engine.checkup import Finding, check_run
 from engine.config import preset
 from engine.errors import TensAtlasError
-from engine.reader import RunReader
 from engine.run import versions
 from engine.simulation.provenance import instruction_sets, processor_facts
 from engine.simulation.self_check import compare
-from engine.store import RunWriter, is_being_written
+from engine.storage.check import Finding, check_run
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter, is_being_written
 
 PROBLEMS: Final = 1
 """Exit status if a problem was found."""

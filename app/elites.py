@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from engine.errors import InvalidData, RunFileError
-from engine.reader import RunReader
-from engine.records import cell_name
 from engine.search.archive import Cell
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
 
 
 def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:

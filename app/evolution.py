@@ -25,8 +25,8 @@ from app.workers import check_workers
 from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
-from engine.lock import holder_of, is_being_written
-from engine.store import SUFFIX
+from engine.storage.lock import holder_of, is_being_written
+from engine.storage.writer import SUFFIX
 from engine.tasks import BUILT_IN
 
 START_TIMEOUT: Final = 30.0

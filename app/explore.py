@@ -25,8 +25,8 @@ from app.library import Library
 from app.session import Session
 from app.viser_private import Gate, start_server
 from engine.errors import TensAtlasError
-from engine.reader import RunReader
 from engine.replay.dump import read_dump
+from engine.storage.reader import RunReader
 from engine.workers.malloc import keep_memory_compact
 from viz import theme
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.reader import RunReader
 from engine.robustness import robust_stamp
-from engine.store import SUFFIX
+from engine.storage.reader import RunReader
+from engine.storage.writer import SUFFIX
 from viz.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)

@@ -8,7 +8,7 @@ import viser
 
 from app.clicks import ClickChannel
 from app.widgets import put_html
-from engine.lineage import Ancestor
+from engine.storage.lineage import Ancestor
 from viz import lineage_list
 
 

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from app.archives_panel import ArchivesPanel
 from app.color_controls import ALL_RUNS, FIXED, ColorWish, checked_limits
 from engine.errors import InvalidData
-from engine.generations import Generation
-from engine.reader import RunReader
 from engine.robustness import robust_stamp
 from engine.search.archive import Cell
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
 from viz import axes as axis_text
 from viz import theme
 from viz.coloring import FITNESS, USUAL, Coloring, colorings

@@ -14,8 +14,8 @@ from app.chosen_robot import ChosenRobot
 from app.library import Library
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError
-from engine.records import cell_name
 from engine.search.archive import Cell
+from engine.storage.rows import cell_name
 
 PATIENCE: Final = 4.0
 """Seconds that a browser has to say what it came for."""

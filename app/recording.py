@@ -11,9 +11,9 @@ from rich.console import Console
 from app import commands as c
 from app.progress import counting
 from engine.errors import ExportError, InvalidData
-from engine.reader import RunReader
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim, TrialChoice
+from engine.storage.reader import RunReader
 from viz.painting import Look
 from viz.render import Renderer
 from viz.standalone_replay import standalone_replay

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from engine.migration import migrate
-from engine.recovery import recover
-from engine.schema import FORMAT_VERSION
+from engine.storage.migration import migrate
+from engine.storage.recovery import recover
+from engine.storage.schema import FORMAT_VERSION
 
 
 def recover_run(path: Path, out: Path, like: Path | None, console: Console) -> None:

@@ -12,9 +12,9 @@ from app.file_maker import FileMaker
 from app.lineage_panel import LineagePanel
 from app.live_panel import LivePanel
 from engine.config import RunConfig
-from engine.lineage import Ancestor
 from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
+from engine.storage.lineage import Ancestor
 from engine.tasks import get_task
 from viz import robot_card
 

@@ -18,9 +18,9 @@ from app.clicks import ClickChannel
 from app.run_form import RunForm
 from app.widgets import put, put_html
 from engine.errors import InvalidData
-from engine.generations import Generation
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.run import failures_folder
+from engine.storage.generations import Generation
 from viz import run_progress
 
 RECENT: Final = 5

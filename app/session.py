@@ -24,9 +24,9 @@ from app.state import SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.errors import InvalidData, TensAtlasError
-from engine.reader import RunReader
 from engine.run import changed_versions
 from engine.search.archive import Cell
+from engine.storage.reader import RunReader
 
 
 class Session:

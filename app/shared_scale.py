@@ -6,7 +6,7 @@ from pathlib import Path
 
 from app.library import Library
 from engine.errors import TensAtlasError
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from viz.maps import load_contents
 from viz.scale import color_limits
 

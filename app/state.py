@@ -6,12 +6,12 @@ import dataclasses
 from pathlib import Path
 
 from app.basket import Item
-from engine.generations import Generation
-from engine.lineage import Ancestor
-from engine.reader import RunReader
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
+from engine.storage.generations import Generation
+from engine.storage.lineage import Ancestor
+from engine.storage.reader import RunReader
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from rich.console import Console
 from app import commands as c
 from app.progress import counting
 from engine.projected_run import UP, project_run
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from engine.table import elite_table, write_table
 
 

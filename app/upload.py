@@ -19,9 +19,9 @@ from app.actions import Actions
 from app.library import UPLOADS
 from app.viser_private import Gate
 from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.reader import RunReader
-from engine.schema import TABLES
-from engine.store import SUFFIX
+from engine.storage.reader import RunReader
+from engine.storage.schema import TABLES
+from engine.storage.writer import SUFFIX
 
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""

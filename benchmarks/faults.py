@@ -22,11 +22,11 @@ from rich.console import Console
 
 from benchmarks.rows import Row, show
 from engine import run
-from engine.checkup import check_run
 from engine.config import RunConfig, preset
-from engine.lock import is_being_written
-from engine.reader import RunReader
 from engine.simulation.evaluation import TrialConfig
+from engine.storage.check import check_run
+from engine.storage.lock import is_being_written
+from engine.storage.reader import RunReader
 
 SHORT = dataclasses.replace(
     preset("smoke"),

@@ -25,11 +25,11 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import RunFileError, TensAtlasError
 from engine.motion import MotionRecorder
-from engine.reader import RunReader
 from engine.simulation.batch import SimulationBatch
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.model import Physics, build_robot
 from engine.simulation.rollout import settle
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from engine.verify import Samples, changed_physics, resimulate
 

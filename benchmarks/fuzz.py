@@ -35,15 +35,11 @@ from rich.console import Console
 from app.upload import keep
 from benchmarks.rows import Row, show
 from engine.body.morphology import Morphology
-from engine.checkup import check_run
 from engine.config import RunConfig, from_json, preset, to_json
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
 from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
-from engine.lock import holder_of, is_being_written, lock_path
-from engine.reader import RunReader
-from engine.recovery import recover
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
 from engine.robustness import load_robust
@@ -51,7 +47,11 @@ from engine.run import create_algorithm, statistics, versions
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.simulation.history import Failure
 from engine.simulation.model import build_robot
-from engine.store import RunWriter
+from engine.storage.check import check_run
+from engine.storage.lock import holder_of, is_being_written, lock_path
+from engine.storage.reader import RunReader
+from engine.storage.recovery import recover
+from engine.storage.writer import RunWriter
 from engine.tasks import fitness, load_task
 
 PATIENCE: Final = 20

@@ -31,9 +31,9 @@ from benchmarks.server_process import ROOT, ServerProcess, explorer
 from benchmarks.synthetic_browser import Message, SyntheticBrowser
 from benchmarks.timing import machine
 from engine.errors import RunFileError
-from engine.lock import is_being_written
-from engine.reader import RunReader
-from engine.store import LOG_LIMIT
+from engine.storage.lock import is_being_written
+from engine.storage.reader import RunReader
+from engine.storage.writer import LOG_LIMIT
 
 SAMPLE: Final = 2.0
 """Seconds between two looks at memory and log."""

@@ -19,7 +19,7 @@ from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
-from engine.store import RunWriter
+from engine.storage.writer import RunWriter
 from engine.tasks import fitness, get_task
 
 N_CONTROLLERS = 48

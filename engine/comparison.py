@@ -15,7 +15,7 @@ from engine.config import to_json
 from engine.elite_map import MORPHOLOGY
 from engine.errors import InvalidData
 from engine.run_result import ALGORITHM_NAMES, NothingToCompareError, RunResult, load_result
-from engine.store import SUFFIX
+from engine.storage.writer import SUFFIX
 
 Observer = Callable[[Path, int, int], None]
 """Told which run is read, and how many of how many are done."""

@@ -25,13 +25,13 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import total_mass
-from engine.reader import RunReader
 from engine.replay.replay import Replay
 from engine.run import versions
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.mjcf import xml_with_state
 from engine.simulation.model import build_spec
 from engine.simulation.rollout import Head
+from engine.storage.reader import RunReader
 from engine.tasks import get_task, sensed, target_offsets
 from engine.tasks.walls import Wall, add_walls
 

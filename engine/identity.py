@@ -7,8 +7,8 @@ import hashlib
 from typing import Final
 
 from engine.config import RunConfig
-from engine.records import dump
 from engine.simulation.evaluation import Solution
+from engine.storage.rows import dump
 from engine.tasks import task_version
 
 ID_LENGTH: Final = 10

@@ -10,14 +10,14 @@ from typing import Any, Final
 
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
-from engine.generations import Generation
-from engine.reader import RunReader
 from engine.run import check_physics, create_evaluator, statistics
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import body_axes, trajectory_axes
 from engine.simulation.evaluation import Evaluation
-from engine.store import RunWriter
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 from engine.tasks import get_task
 
 DOWN: Final = "the 4-D archive as its two 2-D maps"

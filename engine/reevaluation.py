@@ -10,8 +10,6 @@ from typing import Final
 
 from engine.elite_map import archive_maps
 from engine.errors import InvalidData, RunFileError
-from engine.lock import RunLock
-from engine.reader import RunReader
 from engine.robustness import (
     MAX_REPEATS,
     MapRobustness,
@@ -23,6 +21,8 @@ from engine.robustness import (
 )
 from engine.run import check_physics, create_evaluator, versions
 from engine.simulation.evaluation import Solution
+from engine.storage.lock import RunLock
+from engine.storage.reader import RunReader
 from engine.tasks import get_task, task_version
 from engine.verify import with_noise
 

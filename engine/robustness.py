@@ -21,7 +21,7 @@ import numpy as np
 
 from engine.elite_map import EliteMap
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 FORMAT: Final = 1
 MAX_REPEATS: Final = 100

@@ -16,7 +16,6 @@ from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
-from engine.reader import RunReader
 from engine.replay.dump import DumpFolder
 from engine.search.algorithm import Algorithm
 from engine.search.archive import GridArchive
@@ -27,7 +26,8 @@ from engine.search.vie_neat import VieNeat
 from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.simulation.model import body_fingerprint, build_robot
 from engine.simulation.timestep import check_timestep
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 from engine.tasks import get_task, task_version
 from engine.workers.evaluator import LocalStream, Stream
 from engine.workers.job import world_of

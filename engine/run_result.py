@@ -19,10 +19,10 @@ from engine.elite_map import (
     load_maps,
 )
 from engine.errors import InvalidData, RunFileError
-from engine.generations import Generation
-from engine.reader import RunReader
 from engine.search.archive import Cell
 from engine.search.axes import body_axes
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 
 ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}

@@ -11,13 +11,13 @@ import numpy as np
 from engine.elite_map import final_descriptor
 from engine.errors import ExportError, RunFileError
 from engine.files import csv_text
-from engine.reader import RunReader
-from engine.records import cell_name, dump
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
 from engine.search.axes import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.search.descriptors import TrajectoryDescriptor, sensory_data
 from engine.simulation.evaluation import Evaluation
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name, dump
 from engine.tasks import get_task
 
 Table = dict[str, list[Any]]

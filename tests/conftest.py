@@ -11,8 +11,8 @@ from grid_run import write_grid_run
 
 from engine import run
 from engine.config import RunConfig, preset
-from engine.reader import RunReader
 from engine.simulation.evaluation import TrialConfig
+from engine.storage.reader import RunReader
 
 
 @pytest.fixture(scope="session")

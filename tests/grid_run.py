@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from engine.reader import RunReader
 from engine.run import statistics, versions
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import morphology_cell
 from engine.simulation.evaluation import Evaluation
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 from engine.tasks import get_task
 
 AXES = (

@@ -1,6 +1,6 @@
 """What equal runs share."""
 
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 
 def hash_of(path):

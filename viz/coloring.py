@@ -10,11 +10,11 @@ import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
-from engine.reader import RunReader
 from engine.robustness import load_robust_of, robust_path
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
 from engine.search.axes import body_cell
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz import axes as axis_text
 from viz.maps import Elite

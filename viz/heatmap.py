@@ -7,9 +7,9 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 
-from engine.records import cell_name
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
+from engine.storage.rows import cell_name
 from viz import axes as axis_text
 from viz import theme
 from viz.scale import Scale, bar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from engine.lineage import Ancestor, body_changes
+from engine.storage.lineage import Ancestor, body_changes
 from viz import theme
 
 SELECTED = "#ff5d8f"

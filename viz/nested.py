@@ -17,9 +17,9 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping
 
-from engine.records import cell_name
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
+from engine.storage.rows import cell_name
 from viz import axes as axis_text
 from viz.heatmap import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, accessible, text, upright_text
 from viz.scale import Scale, bar

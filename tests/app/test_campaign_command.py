@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 ROOT = Path(__file__).parents[2]
 CAMPAIGN = """

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from engine.tasks import BUILT_IN, TASKS_VARIABLE, loading
 
 TINY = "--preset smoke --evaluations 6 --initial 4 --batch-size 2 --trials.repeats 1 --seed 5".split()

@@ -6,9 +6,9 @@ import sqlite3
 import pytest
 
 from app.cli import main
-from engine.lock import lock_path
-from engine.reader import RunReader
 from engine.simulation import self_check
+from engine.storage.lock import lock_path
+from engine.storage.reader import RunReader
 
 
 def run(capsys, *arguments):
@@ -81,7 +81,7 @@ def test_an_installation_and_a_run(capsys, small_run, tmp_path):
     ],
 )
 def test_what_is_wrong_with_a_run_is_said(capsys, small_run, tmp_path, sql, said):
-    from engine.checkup import check_run
+    from engine.storage.check import check_run
 
     path = shutil.copy(small_run, tmp_path / "run.tsmr")
     db = sqlite3.connect(path, isolation_level=None)

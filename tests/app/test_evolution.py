@@ -18,9 +18,9 @@ from app.evolution import NewRun, choices, flags, last_words, log_path, pause, r
 from app.library import run_state
 from engine.config import PRESETS, AlgorithmName, RunConfig, preset
 from engine.errors import InvalidData, RunFileError
-from engine.lock import holder_of
-from engine.reader import RunReader
-from engine.store import is_being_written
+from engine.storage.lock import holder_of
+from engine.storage.reader import RunReader
+from engine.storage.writer import is_being_written
 from engine.tasks import BUILT_IN
 
 NEW = NewRun(

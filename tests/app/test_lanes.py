@@ -16,9 +16,9 @@ from app.lane_arena import lay_out
 from app.lanes import Start
 from app.pins_panel import lane_replay
 from app.player import Player
-from engine.reader import RunReader
 from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
+from engine.storage.reader import RunReader
 from viz.robot_differences import Entry, render, render_distances, render_pins, rows
 
 finite = st.floats(-2.0, 2.0)

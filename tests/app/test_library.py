@@ -14,7 +14,7 @@ from app.run_picker import label_paths
 from engine.config import RunConfig
 from engine.errors import RunFileError
 from engine.run import create_algorithm, create_evaluator, statistics
-from engine.store import RunWriter
+from engine.storage.writer import RunWriter
 
 
 @pytest.fixture

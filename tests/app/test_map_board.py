@@ -16,9 +16,9 @@ from app.clicks import _CLICK
 from app.color_controls import ALL_RUNS, FIXED, ColorWish
 from app.map_board import MapBoard
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.robustness import Robustness, robust_path, save_robust
 from engine.search.algorithm import Axis
+from engine.storage.reader import RunReader
 from viz.heatmap import Ring
 from viz.pictures import Picture
 from viz.views import ONLY, layouts

@@ -10,8 +10,8 @@ import pytest
 from app.player import Player, current_frame
 from app.replay_line import describe
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.replay.replay import Replay
+from engine.storage.reader import RunReader
 
 
 @pytest.fixture

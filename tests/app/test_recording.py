@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 
 def record(capsys, *arguments):

@@ -13,7 +13,7 @@ from app.cli import main
 from app.robot_folder import place_of, robot_folder, what_is
 from engine.errors import ExportError
 from engine.fabrication.materials import load_materials, preset_text
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from viz.build_sheet.facts import Place, run_date
 from viz.build_sheet.title import qr_text
 

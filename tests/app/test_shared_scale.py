@@ -7,7 +7,7 @@ import pytest
 
 from app.library import Library
 from app.shared_scale import SharedScale
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from viz.maps import load_contents
 from viz.scale import color_limits
 

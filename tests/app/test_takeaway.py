@@ -19,7 +19,7 @@ from app.export_choice import ExportChoice
 from app.file_maker import FileMaker
 from app.robot_folder import STEPS
 from engine.errors import ExportError, InvalidData
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from engine.zip_file import zip_bytes
 from viz import basket_list
 

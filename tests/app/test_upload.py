@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app import upload
 from app.upload import keep, safe_name
 from engine.errors import RunFileError
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from engine.reader import RunReader
-from engine.records import cell_name
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from playwright.sync_api import Page, expect
 from processes import environment, free_port
 from widgets import field_of
 
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

@@ -11,8 +11,8 @@ from playwright.sync_api import FilePayload, Page, expect
 from processes import free_port
 
 from app.explore import serve
-from engine.reader import RunReader
-from engine.records import cell_name
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
 
 Visit = Callable[[str], Page]
 LOSE_WHAT_IS_SENT_FIRST = """

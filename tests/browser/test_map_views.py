@@ -11,8 +11,8 @@ from playwright.sync_api import Locator, Page, expect
 from widgets import choose
 
 from app.explore import serve
-from engine.reader import RunReader
 from engine.search.projection import project
+from engine.storage.reader import RunReader
 from viz.nested import Geometry
 
 pytestmark = pytest.mark.browser

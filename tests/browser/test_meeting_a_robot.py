@@ -12,9 +12,9 @@ from playwright.sync_api import Page, expect
 from widgets import choose, field_of
 
 from app.explore import serve
-from engine.reader import RunReader
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
+from engine.storage.reader import RunReader
 from viz.network_diagram import NetworkDiagram
 from viz.servo_plot import page_of, position
 

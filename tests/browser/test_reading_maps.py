@@ -15,9 +15,9 @@ from widgets import choose, field_of
 
 from app.explore import serve
 from engine.config import RunConfig
-from engine.reader import RunReader
 from engine.run import create_algorithm, create_evaluator, statistics
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

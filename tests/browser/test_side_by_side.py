@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from widgets import field_of
 
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

@@ -17,7 +17,7 @@ from widgets import field_of
 from app.explore import serve
 from engine import run
 from engine.config import RunConfig
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 pytestmark = pytest.mark.browser
 

@@ -14,9 +14,9 @@ from processes import free_port
 from widgets import choose, field_of
 
 from app.explore import serve
-from engine.lock import holder_of
-from engine.reader import RunReader
-from engine.store import is_being_written
+from engine.storage.lock import holder_of
+from engine.storage.reader import RunReader
+from engine.storage.writer import is_being_written
 
 Visit = Callable[[str], Page]
 

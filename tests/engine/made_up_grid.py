@@ -8,7 +8,7 @@ from made_up import MADE_UP, evaluation
 from engine.run import statistics
 from engine.search.algorithm import Axis
 from engine.search.archive import GridArchive
-from engine.store import RunWriter
+from engine.storage.writer import RunWriter
 
 SHAPE = (9, 10, 9, 10)
 AXES = (

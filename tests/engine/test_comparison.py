@@ -15,7 +15,7 @@ from engine.comparison_tables import csv_files
 from engine.errors import InvalidData, RunFileError
 from engine.run_result import load_result
 from engine.search.vie_neat import VieNeatConfig
-from engine.store import RunWriter
+from engine.storage.writer import RunWriter
 
 N = 32  # evaluations of a random_grid_run
 

@@ -21,13 +21,13 @@ from engine.elite_map import (
 )
 from engine.errors import InvalidData, RunFileError
 from engine.projected_run import DOWN, UP, project_run
-from engine.reader import RunReader
 from engine.run import create_algorithm, resume, statistics
 from engine.run_result import load_result
 from engine.search.algorithm import Axis
 from engine.search.axes import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.search.descriptors import sensory_data
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 
 MODULES, STIFFNESS, PCA_1, PCA_2 = AXES
 

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from engine.reader import RunReader
 from engine.replay.recording import between, frame_at
 from engine.replay.replay import Frame, Replay
+from engine.storage.reader import RunReader
 
 parts = st.floats(0.0, 1.0)
 seeds = st.integers(0, 2**32 - 1)

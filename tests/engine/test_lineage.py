@@ -12,8 +12,8 @@ from made_up import examples, morphologies, per_module_morphologies
 
 from engine.body.morphology import Morphology, mutate_morphology
 from engine.errors import RunFileError
-from engine.lineage import body_changes
-from engine.reader import RunReader
+from engine.storage.lineage import body_changes
+from engine.storage.reader import RunReader
 
 
 def test_a_lineage_leads_from_child_to_parent_to_a_random_robot(small_reader: RunReader) -> None:

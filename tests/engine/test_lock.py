@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from made_up import MADE_UP, examples
 
 from engine.errors import RunFileError
-from engine.lock import SILENCE, Holder, RunLock, boot_id, holder_of, is_being_written, lock_path
-from engine.store import RunWriter
+from engine.storage.lock import SILENCE, Holder, RunLock, boot_id, holder_of, is_being_written, lock_path
+from engine.storage.writer import RunWriter
 
 ELSEWHERE = Holder(
     pid=4711, host="elsewhere", boot="another", since="2026-01-01T00:00:00+00:00", command="x", key="1"
@@ -43,7 +43,7 @@ def test_the_holder_is_named(tmp_path):
 def test_a_lock_whose_process_is_gone_is_free(tmp_path):
     path = tmp_path / "run.tsmr"
     code = (
-        "import sys, os, signal; from pathlib import Path; from engine.lock import RunLock;"
+        "import sys, os, signal; from pathlib import Path; from engine.storage.lock import RunLock;"
         "lock = RunLock.acquire(Path(sys.argv[1])); os.kill(os.getpid(), signal.SIGKILL)"
     )
     dead = subprocess.run([sys.executable, "-c", code, path], check=False)
@@ -84,7 +84,7 @@ def test_a_lock_of_another_machine_holds_until_it_has_been_silent(tmp_path):
 
 
 def test_a_holder_gives_signs_of_life(tmp_path, monkeypatch):
-    monkeypatch.setattr("engine.lock.BEAT", 0.02)
+    monkeypatch.setattr("engine.storage.lock.BEAT", 0.02)
     path = tmp_path / "run.tsmr"
     lock = RunLock.acquire(path)
     os.utime(lock_path(path), (0.0, 0.0))

@@ -9,7 +9,7 @@ import pytest
 from made_up import held
 
 import engine.run
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
 """600 evaluations of an earlier version, whose time step the present body would not survive."""

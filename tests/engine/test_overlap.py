@@ -11,8 +11,8 @@ from made_up import MADE_UP, examples, held, made_up_evaluation
 import engine.run
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.run import create_algorithm
+from engine.storage.reader import RunReader
 
 OVERLAPPING = dataclasses.replace(MADE_UP, overlap=3)
 

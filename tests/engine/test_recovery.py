@@ -9,14 +9,14 @@ from made_up import MADE_UP, MadeUpEvaluator
 from run_hash import hash_of
 
 import engine.run
-from engine.checkup import check_run
 from engine.errors import RunFileError
-from engine.migration import migrate
-from engine.reader import RunReader
-from engine.recovery import recover
-from engine.salvage import salvage
-from engine.schema import FORMAT_VERSION
 from engine.search.vie_neat import VieNeatConfig
+from engine.storage.check import check_run
+from engine.storage.migration import migrate
+from engine.storage.reader import RunReader
+from engine.storage.recovery import recover
+from engine.storage.salvage import salvage
+from engine.storage.schema import FORMAT_VERSION
 
 OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
 """A run of the first format."""

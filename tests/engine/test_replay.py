@@ -9,11 +9,11 @@ import pytest
 
 from engine.control.network import Network
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.replay.contacts import ContactFinder
 from engine.replay.replay import MAX_FRESH, Replay, repeat_trial
 from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.model import build_robot
+from engine.storage.reader import RunReader
 
 NUMBER = 2
 

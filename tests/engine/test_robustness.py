@@ -9,8 +9,6 @@ from made_up_grid import AXES
 import engine.reevaluation
 from engine.elite_map import EliteMap
 from engine.errors import InvalidData, RunFileError
-from engine.lock import RunLock
-from engine.reader import RunReader
 from engine.reevaluation import reevaluate
 from engine.robustness import (
     Robustness,
@@ -20,6 +18,8 @@ from engine.robustness import (
     robust_path,
 )
 from engine.simulation.evaluation import LocalEvaluator
+from engine.storage.lock import RunLock
+from engine.storage.reader import RunReader
 from engine.verify import resimulate
 
 

@@ -16,8 +16,8 @@ from run_hash import hash_of
 import engine.run
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
-from engine.reader import RunReader
-from engine.store import RunWriter, is_being_written
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter, is_being_written
 
 RUN_UNTIL_KILLED = """
 import json, os, signal, sys

@@ -16,8 +16,8 @@ from run_hash import hash_of
 import engine.run
 from engine.config import to_json
 from engine.errors import RunFileError
-from engine.reader import RunReader
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 
 CHANGES = {
     "MAP-Elites": {"algorithm": "map-elites"},

@@ -15,13 +15,13 @@ from made_up import MADE_UP, controllers, examples, held, made_up_evaluation, mo
 import engine.run
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
-from engine.reader import RunReader
-from engine.records import cell_name, from_row, parse_cell, to_row
 from engine.reevaluation import reevaluate
 from engine.replay.replay import Replay
-from engine.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.simulation.evaluation import Evaluation, Solution
-from engine.store import RunWriter, is_being_written, lock_path
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name, from_row, parse_cell, to_row
+from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
+from engine.storage.writer import RunWriter, is_being_written, lock_path
 from engine.verify import verify
 
 # adding zero makes 0.0 of -0.0, as the fitness function does: SQLite keeps no sign of a zero

@@ -7,8 +7,8 @@ from made_up_grid import AXES, random_grid_run
 
 from engine.body.morphology import Morphology
 from engine.errors import ExportError, RunFileError
-from engine.reader import RunReader
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 from engine.table import elite_table, write_table
 
 

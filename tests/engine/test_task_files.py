@@ -14,8 +14,8 @@ from made_up import TINY, a_view
 import engine.run
 from engine.config import RunConfig, from_json, to_json
 from engine.errors import InvalidData, RunFileError, TaskError, TensAtlasError, UnknownTask
-from engine.reader import RunReader
 from engine.replay.replay import Replay
+from engine.storage.reader import RunReader
 from engine.tasks import TASKS_VARIABLE, Task, Wall, get_task, load_task, loading, task_version, worlds
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "tasks" / "climb_step.py"

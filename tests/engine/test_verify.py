@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.simulation.evaluation import LocalEvaluator
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from engine.verify import changed_physics, resimulate, verify
 

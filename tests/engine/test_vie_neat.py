@@ -21,9 +21,9 @@ from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
+from engine.storage.reader import RunReader
 
 SMALL = VieNeatConfig(morphologies=6, mutants=6, controllers=9, elitism=1)
 TINY = dataclasses.replace(

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from made_up import examples, morphologies, per_module_morphologies
 
 from engine.errors import InvalidData
-from engine.reader import RunReader
 from engine.replay.replay import Replay
 from engine.replay.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
+from engine.storage.reader import RunReader
 
 bodies = st.one_of(morphologies, per_module_morphologies())
 

@@ -9,8 +9,8 @@ from made_up import MADE_UP, made_up_evaluation
 from run_hash import hash_of
 
 import engine.run
-from engine.reader import RunReader
-from engine.store import LOG_LIMIT, RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import LOG_LIMIT, RunWriter
 
 JUMPING = """
 import datetime, itertools, random, time
@@ -20,9 +20,9 @@ class Jumping(datetime.datetime):
     def now(cls, tz=None):
         return datetime.datetime.fromtimestamp(time.time(), tz)
 time.time = lambda: real() + rng.choice([-4e8, -3600, 0, 3600, 4e8])
-import engine.store, engine.lock
-engine.store.datetime = engine.lock.datetime = Jumping
-assert len({engine.store._now() for _ in range(50)}) > 3
+import engine.storage.writer, engine.storage.lock
+engine.storage.writer.datetime = engine.storage.lock.datetime = Jumping
+assert len({engine.storage.writer._now() for _ in range(50)}) > 3
 engine.run.evolve(path, SMALL)
 """
 

@@ -6,7 +6,7 @@ import pytest
 from faulty import python
 from run_hash import hash_of
 
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 EVOLVE = """
 from engine.errors import TensAtlasError

@@ -4,7 +4,7 @@ import pytest
 from faulty import SHORT, line_of, tensatlas
 from run_hash import hash_of
 
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 
 TASK = """
 import os, time, itertools

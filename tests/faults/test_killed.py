@@ -6,8 +6,8 @@ import signal
 from faulty import SHORT, line_of, python, start, tensatlas, wait_until
 from run_hash import hash_of
 
-from engine.checkup import check_run
-from engine.lock import holder_of, is_being_written, lock_path
+from engine.storage.check import check_run
+from engine.storage.lock import holder_of, is_being_written, lock_path
 
 KILL = """
 import json, sys, tempfile, dataclasses

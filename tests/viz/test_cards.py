@@ -9,7 +9,7 @@ import pytest
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from engine.tasks import bearing_name
 from viz import robot_card
 from viz.network_diagram import NetworkDiagram

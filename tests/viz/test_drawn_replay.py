@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.reader import RunReader
 from engine.replay.recording import frame_at
 from engine.replay.replay import Replay
+from engine.storage.reader import RunReader
 from viz.drawn_replay import AT_ONCE, DrawnReplay
 from viz.robot_geometry import RobotGeometry
 

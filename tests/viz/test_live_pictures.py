@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
-from engine.lineage import Ancestor
+from engine.storage.lineage import Ancestor
 from viz import lineage_list, servo_plot, tension_legend
 from viz.network_diagram import NetworkDiagram, sensed_line
 from viz.robot_geometry import full_tension

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
-from engine.reader import RunReader
 from engine.search.algorithm import Axis
 from engine.search.axes import body_cell
+from engine.storage.reader import RunReader
 from viz import axes
 from viz.coloring import AGE, FITNESS, by_number, by_visits
 from viz.maps import Content, Elite, load_contents

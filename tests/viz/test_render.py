@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from engine.errors import ExportError
-from engine.reader import RunReader
 from engine.replay.replay import Replay
+from engine.storage.reader import RunReader
 from engine.tasks.walls import Wall
 from viz import theme, video
 from viz.camera import Camera

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from engine.errors import ExportError
-from engine.reader import RunReader
 from engine.replay.replay import Replay
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.robot_geometry import RobotGeometry
 from viz.standalone_replay import STEP, TENSION_LEVELS, pack, standalone_replay

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from engine.reader import RunReader
 from engine.replay.what_if import with_face, with_modules
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.what_if import compare, render_genes, render_table, scores_at
 

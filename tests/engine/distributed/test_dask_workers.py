@@ -11,7 +11,7 @@ from run_hash import hash_of
 
 import engine.run
 from engine.errors import ClusterError
-from engine.reader import RunReader
+from engine.storage.reader import RunReader
 from engine.workers.dask_workers import DaskWorkers, local_cluster
 
 pytest.importorskip("distributed")

@@ -7,9 +7,9 @@ from made_up import TINY
 from run_hash import hash_of
 
 from engine.errors import ClusterError, InvalidData
-from engine.reader import RunReader
-from engine.records import from_row, to_row
 from engine.simulation.provenance import Computer, differing, this_computer
+from engine.storage.reader import RunReader
+from engine.storage.rows import from_row, to_row
 from engine.workers.job import compute, unfinished, world_of
 
 

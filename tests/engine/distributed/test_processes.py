@@ -17,9 +17,9 @@ from run_hash import hash_of
 
 import engine.run
 from engine.errors import InvalidData, TaskError
-from engine.reader import RunReader
 from engine.simulation.provenance import this_computer
-from engine.store import RunWriter
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter
 from engine.workers.processes import ProcessWorkers
 
 

@@ -12,14 +12,14 @@ from typing import Any, Self
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
-from engine.generations import Generation, Summary, finite
-from engine.lineage import Ancestor
-from engine.lock import is_being_written
-from engine.records import dump, from_row, parse_cell
-from engine.run_database import Damage, RunDatabase
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer
+from engine.storage.database import Damage, RunDatabase
+from engine.storage.generations import Generation, Summary, finite
+from engine.storage.lineage import Ancestor
+from engine.storage.lock import is_being_written
+from engine.storage.rows import dump, from_row, parse_cell
 from engine.tasks import get_task, task_version
 
 

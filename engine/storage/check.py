@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from engine.errors import TensAtlasError, one_line
-from engine.lock import holder_of, lock_path
-from engine.reader import RunReader
-from engine.records import digest
 from engine.run import changed_versions
-from engine.run_database import connect
-from engine.salvage import salvage
-from engine.schema import FORMAT_VERSION
+from engine.storage.database import connect
+from engine.storage.lock import holder_of, lock_path
+from engine.storage.reader import RunReader
+from engine.storage.rows import digest
+from engine.storage.salvage import salvage
+from engine.storage.schema import FORMAT_VERSION
 
 Verdict = Literal["ok", "note", "problem"]
 _SHOWN: Final = 5

@@ -8,12 +8,12 @@ APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
 FORMAT_VERSION: Final = 2
 """1 had neither digests nor origins. A file keeps the format that it was made with until somebody asks for
-a copy in this one (``engine.migration``)."""
+a copy in this one (``engine.storage.migration``)."""
 
 DIGESTS: Final = """
 CREATE TABLE digests (
     number INTEGER PRIMARY KEY,      -- of an evaluation
-    digest BLOB NOT NULL             -- of its row, see engine.records.digest
+    digest BLOB NOT NULL             -- of its row, see engine.storage.rows.digest
 );
 """
 

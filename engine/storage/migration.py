@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Final
 
 from engine.errors import RunFileError
-from engine.lock import RunLock
-from engine.reader import RunReader
-from engine.records import digest
-from engine.schema import DIGESTS, FORMAT_VERSION, ORIGINS
-from engine.store import SUFFIX, sync_folder, unwritable
+from engine.storage.lock import RunLock
+from engine.storage.reader import RunReader
+from engine.storage.rows import digest
+from engine.storage.schema import DIGESTS, FORMAT_VERSION, ORIGINS
+from engine.storage.writer import SUFFIX, sync_folder, unwritable
 
 
 def migrate(path: Path, out: Path) -> int:

@@ -19,7 +19,7 @@ from engine.errors import (
     UnknownTask,
     one_line,
 )
-from engine.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
+from engine.storage.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
 
 CHUNK: Final = 500
 """Numbers in one query."""

@@ -11,12 +11,12 @@ from typing import Any, Final
 
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, UnknownTask
-from engine.reader import RunReader, check_fits
-from engine.records import digest, from_row
-from engine.salvage import Row, salvage
-from engine.schema import COLUMNS
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer, Origin
+from engine.storage.reader import RunReader, check_fits
+from engine.storage.rows import digest, from_row
+from engine.storage.salvage import Row, salvage
+from engine.storage.schema import COLUMNS
 from engine.tasks import fitness
 
 _COLUMNS: Final = COLUMNS["evaluations"].split()

@@ -19,12 +19,12 @@ from typing import Any
 
 from engine.config import RunConfig
 from engine.errors import RunFileError
-from engine.lock import holder_of, is_being_written
-from engine.records import digest
 from engine.run import create_algorithm, statistics
-from engine.salvaged_tables import SalvagedTables
 from engine.simulation.evaluation import Evaluation, Solution
-from engine.store import RunWriter
+from engine.storage.lock import holder_of, is_being_written
+from engine.storage.rows import digest
+from engine.storage.salvaged_tables import SalvagedTables
+from engine.storage.writer import RunWriter
 from engine.tasks import get_task
 
 
