@@ -18,9 +18,9 @@ from rich.console import Console
 from app.commands import Campaign, Compare
 from app.computing import compute_run
 from app.workers import WorkerFlags, check
-from engine.campaign import PlannedRun, read_campaign
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.runs.campaign import PlannedRun, read_campaign
 from engine.storage.reader import RunReader
 
 POLL = 0.5

@@ -9,8 +9,8 @@ from rich.console import Console
 
 from app.progress import ProgressDisplay
 from app.workers import WorkerFlags, opened
-from engine import run
 from engine.config import RunConfig
+from engine.runs import evolve as run
 from engine.workers.malloc import keep_memory_compact
 
 

@@ -20,7 +20,7 @@ from engine.fabrication.files import fabrication_files
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
 from engine.files import csv_text
-from engine.run import versions
+from engine.runs.evolve import versions
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
 from viz.build_sheet.facts import Facts, Place, gather

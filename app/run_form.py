@@ -18,7 +18,7 @@ from app.widgets import put
 from app.workers import MAX_WORKERS
 from engine.config import PRESETS, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
-from engine.run import check_physics
+from engine.runs.evolve import check_physics
 from viz import theme
 
 EVERYDAY: Final = ("task", "algorithm", "evaluations", "seed")

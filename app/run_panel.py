@@ -19,7 +19,7 @@ from app.run_form import RunForm
 from app.widgets import put, put_html
 from engine.errors import InvalidData
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
-from engine.run import failures_folder
+from engine.runs.evolve import failures_folder
 from engine.storage.generations import Generation
 from viz import run_progress
 

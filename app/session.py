@@ -24,7 +24,7 @@ from app.state import SessionState
 from app.upload import Uploads
 from app.viser_private import Gate
 from engine.errors import InvalidData, TensAtlasError
-from engine.run import changed_versions
+from engine.runs.evolve import changed_versions
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 

@@ -21,8 +21,8 @@ import tyro
 from rich.console import Console
 
 from benchmarks.rows import Row, show
-from engine import run
 from engine.config import RunConfig, preset
+from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.storage.check import check_run
 from engine.storage.lock import is_being_written

@@ -43,7 +43,7 @@ from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
 from engine.robustness import load_robust
-from engine.run import create_algorithm, statistics, versions
+from engine.runs.evolve import create_algorithm, statistics, versions
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.simulation.history import Failure
 from engine.simulation.model import build_robot

@@ -22,11 +22,11 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from engine import run
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
 from engine.errors import TensAtlasError
+from engine.runs import evolve as run
 from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
 from engine.simulation.provenance import Origin, this_computer
 from engine.tasks import get_task

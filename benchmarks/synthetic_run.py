@@ -13,7 +13,7 @@ from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
 from engine.control.genome import Neat
-from engine.run import statistics, versions
+from engine.runs.evolve import statistics, versions
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell

@@ -26,7 +26,7 @@ from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import total_mass
 from engine.replay.replay import Replay
-from engine.run import versions
+from engine.runs.evolve import versions
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.mjcf import xml_with_state
 from engine.simulation.model import build_spec

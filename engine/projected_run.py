@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
-from engine.run import check_physics, create_evaluator, statistics
+from engine.runs.evolve import check_physics, create_evaluator, statistics
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import body_axes, trajectory_axes

@@ -19,7 +19,7 @@ from engine.robustness import (
     robust_path,
     save_robust,
 )
-from engine.run import check_physics, create_evaluator, versions
+from engine.runs.evolve import check_physics, create_evaluator, versions
 from engine.simulation.evaluation import Solution
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from grid_run import write_grid_run
 
-from engine import run
 from engine.config import RunConfig, preset
+from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.storage.reader import RunReader
 

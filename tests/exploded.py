@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from engine import run
 from engine.config import preset
+from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.model import Physics
 
@@ -19,7 +19,7 @@ EXPLOSIVE = Physics(timestep=0.004)
 def evolve(path: Path) -> list[Path]:
     """Evolve four robots; return the dumps of those that failed."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("engine.run.check_timestep", lambda _physics: None)
+        patch.setattr("engine.runs.evolve.check_timestep", lambda _physics: None)
         config = dataclasses.replace(
             preset("smoke"),
             evaluations=4,

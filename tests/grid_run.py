@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from engine.run import statistics, versions
+from engine.runs.evolve import statistics, versions
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import morphology_cell

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from engine.errors import TensAtlasError, one_line
-from engine.run import changed_versions
+from engine.runs.evolve import changed_versions
 from engine.storage.database import connect
 from engine.storage.lock import holder_of, lock_path
 from engine.storage.reader import RunReader

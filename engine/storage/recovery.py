@@ -19,7 +19,7 @@ from typing import Any
 
 from engine.config import RunConfig
 from engine.errors import RunFileError
-from engine.run import create_algorithm, statistics
+from engine.runs.evolve import create_algorithm, statistics
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.lock import holder_of, is_being_written
 from engine.storage.rows import digest

@@ -13,7 +13,7 @@ from app.library import Library, RunStatus
 from app.run_picker import label_paths
 from engine.config import RunConfig
 from engine.errors import RunFileError
-from engine.run import create_algorithm, create_evaluator, statistics
+from engine.runs.evolve import create_algorithm, create_evaluator, statistics
 from engine.storage.writer import RunWriter
 
 

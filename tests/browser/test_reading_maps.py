@@ -15,7 +15,7 @@ from widgets import choose, field_of
 
 from app.explore import serve
 from engine.config import RunConfig
-from engine.run import create_algorithm, create_evaluator, statistics
+from engine.runs.evolve import create_algorithm, create_evaluator, statistics
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 

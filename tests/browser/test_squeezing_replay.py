@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from widgets import field_of
 
 from app.explore import serve
-from engine import run
 from engine.config import RunConfig
+from engine.runs import evolve as run
 from engine.storage.reader import RunReader
 
 pytestmark = pytest.mark.browser

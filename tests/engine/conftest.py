@@ -3,18 +3,18 @@
 import pytest
 from made_up import TINY, MadeUpEvaluator
 
-import engine.run
+import engine.runs.evolve
 
 
 @pytest.fixture(scope="session")
 def simulated_run(tmp_path_factory):
     """A finished run of real simulations on one thread; not to be changed."""
     path = tmp_path_factory.mktemp("simulated") / "undisturbed.tsmr"
-    engine.run.evolve(path, TINY, n_threads=1)
+    engine.runs.evolve.evolve(path, TINY, n_threads=1)
     return path
 
 
 @pytest.fixture
 def no_physics(monkeypatch):
     """Let runs evaluate with made-up figures instead of simulations."""
-    monkeypatch.setattr(engine.run, "create_evaluator", lambda *_: MadeUpEvaluator())
+    monkeypatch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: MadeUpEvaluator())

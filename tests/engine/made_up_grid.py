@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from made_up import MADE_UP, evaluation
 
-from engine.run import statistics
+from engine.runs.evolve import statistics
 from engine.search.algorithm import Axis
 from engine.search.archive import GridArchive
 from engine.storage.writer import RunWriter

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from engine.campaign import plan, read_campaign
 from engine.config import preset
 from engine.errors import InvalidData
+from engine.runs.campaign import plan, read_campaign
 
 SMALL = {"preset": "smoke", "tasks": ["goal-reaching", "squeezing"], "algorithms": ["dm-me"], "seeds": [1, 2]}
 CAMPAIGNS = Path(__file__).parents[2] / "docs" / "campaigns"

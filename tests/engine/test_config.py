@@ -8,7 +8,7 @@ from made_up import examples
 
 from engine.config import PRESETS, RunConfig, from_json, physics_from_json, preset, to_json
 from engine.errors import InvalidData
-from engine.run import create_algorithm
+from engine.runs.evolve import create_algorithm
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.model import Physics

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
 import engine.replay.dump
-import engine.run
+import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import DumpError
 from engine.replay.dump import Dump, DumpFolder, read_dump, write_dump
@@ -58,7 +58,7 @@ def evaluate(keep=None, n_threads=1, of=None):
 @pytest.fixture(autouse=True)
 def any_time_step(monkeypatch):
     """Let runs start with a time step that they refuse."""
-    monkeypatch.setattr(engine.run, "check_timestep", lambda _physics: None)
+    monkeypatch.setattr(engine.runs.evolve, "check_timestep", lambda _physics: None)
 
 
 @pytest.fixture(scope="module")
@@ -232,10 +232,10 @@ def test_a_run_keeps_its_failures_the_same_ones_whatever_happens(tmp_path, monke
         if progress.n_evaluations >= 3:
             raise KeyboardInterrupt
 
-    engine.run.evolve(tmp_path / "a.tsmr", config, n_threads=1)
+    engine.runs.evolve.evolve(tmp_path / "a.tsmr", config, n_threads=1)
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(tmp_path / "b.tsmr", config, n_threads=2, observer=stop)
-    engine.run.resume(tmp_path / "b.tsmr", n_threads=2)
+        engine.runs.evolve.evolve(tmp_path / "b.tsmr", config, n_threads=2, observer=stop)
+    engine.runs.evolve.resume(tmp_path / "b.tsmr", n_threads=2)
     assert texts(tmp_path / "a.tsmr") == texts(tmp_path / "b.tsmr")
     said = [f for f in texts(tmp_path / "a.tsmr")[0].values() if f]
     assert len(said) > 4
@@ -252,13 +252,13 @@ def test_a_run_keeps_its_failures_the_same_ones_whatever_happens(tmp_path, monke
 
 
 def test_a_run_without_failures_leaves_no_folder(simulated_run):
-    assert not engine.run.failures_folder(simulated_run).exists()
+    assert not engine.runs.evolve.failures_folder(simulated_run).exists()
 
 
 def test_a_run_goes_on_where_nothing_can_be_dumped(tmp_path):
     config = dataclasses.replace(CONFIG, trials=dataclasses.replace(CONFIG.trials, repeats=1))
     (tmp_path / "a.failures").write_text("in the way")
-    engine.run.evolve(tmp_path / "a.tsmr", config, n_threads=2)
+    engine.runs.evolve.evolve(tmp_path / "a.tsmr", config, n_threads=2)
     said, _ = texts(tmp_path / "a.tsmr")
     assert len(said) == config.evaluations
     assert any("(not dumped: File exists)" in f for f in said.values() if f)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
-import engine.run
+import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.elite_map import (
     EliteMap,
@@ -21,8 +21,8 @@ from engine.elite_map import (
 )
 from engine.errors import InvalidData, RunFileError
 from engine.projected_run import DOWN, UP, project_run
-from engine.run import create_algorithm, resume, statistics
 from engine.run_result import load_result
+from engine.runs.evolve import create_algorithm, resume, statistics
 from engine.search.algorithm import Axis
 from engine.search.axes import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.search.descriptors import sensory_data
@@ -37,7 +37,7 @@ def double_run(tmp_path_factory):
     """A finished run of DM-ME with made-up figures; not to be changed."""
     path = tmp_path_factory.mktemp("double") / "double.tsmr"
     algorithm = create_algorithm(MADE_UP)
-    with RunWriter.create(path, MADE_UP, engine.run.versions()) as writer:
+    with RunWriter.create(path, MADE_UP, engine.runs.evolve.versions()) as writer:
         while solutions := algorithm.ask():
             evaluations = [made_up_evaluation(s, failing=0.1) for s in solutions]
             writer.add_evaluations(algorithm.generation, evaluations)

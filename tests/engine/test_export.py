@@ -21,7 +21,7 @@ from engine.control.genome import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
-from engine.run import evolve
+from engine.runs.evolve import evolve
 from engine.simulation.model import build_robot
 from engine.storage.reader import RunReader
 from engine.zip_file import zip_bytes

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from engine.config import RunConfig
-from engine.run import create_algorithm
+from engine.runs.evolve import create_algorithm
 from engine.simulation.evaluation import Evaluation
 
 FACE, BIAS = 3, 2.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up import held
 
-import engine.run
+import engine.runs.evolve
 from engine.storage.reader import RunReader
 
 OLD = Path(__file__).parents[1] / "reference" / "first_body.tsmr"
@@ -23,7 +23,7 @@ def reader():
 
 def test_the_same_solutions_are_asked_for_and_placed_where_they_were(reader):
     known = {e.solution.number: e for e in reader.all_evaluations()}
-    algorithm = engine.run.create_algorithm(reader.config)
+    algorithm = engine.runs.evolve.create_algorithm(reader.config)
     while solutions := algorithm.ask():
         evaluations = [known[s.number] for s in solutions]
         assert [e.solution for e in evaluations] == solutions
@@ -56,6 +56,6 @@ def test_resuming_a_finished_one_changes_nothing(tmp_path):
     path = shutil.copy(OLD, tmp_path / "old.tsmr")
     with RunReader(path) as before:
         hash_before = before.canonical_hash()
-    engine.run.resume(Path(path))
+    engine.runs.evolve.resume(Path(path))
     with RunReader(path) as after:
         assert after.canonical_hash() == hash_before

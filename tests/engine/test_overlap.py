@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import MADE_UP, examples, held, made_up_evaluation
 
-import engine.run
+import engine.runs.evolve
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.run import create_algorithm
+from engine.runs.evolve import create_algorithm
 from engine.storage.reader import RunReader
 
 OVERLAPPING = dataclasses.replace(MADE_UP, overlap=3)
@@ -42,7 +42,7 @@ class Shuffled:
 def evolve(monkeypatch, path, config, seed, stop_at=None):
     """Work on a run, begun or not; return its hash and the most solutions that were under way."""
     stream = Shuffled(seed)
-    monkeypatch.setattr(engine.run, "_streams", lambda *_: lambda *_: stream)
+    monkeypatch.setattr(engine.runs.evolve, "_streams", lambda *_: lambda *_: stream)
 
     def observer(progress):
         if stop_at is not None and progress.n_new >= stop_at:
@@ -50,9 +50,9 @@ def evolve(monkeypatch, path, config, seed, stop_at=None):
 
     try:
         if path.exists():
-            engine.run.resume(path, observer=observer)
+            engine.runs.evolve.resume(path, observer=observer)
         else:
-            engine.run.evolve(path, config, observer=observer)
+            engine.runs.evolve.evolve(path, config, observer=observer)
     except KeyboardInterrupt:
         assert stop_at is not None
     with RunReader(path) as reader:

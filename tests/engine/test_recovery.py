@@ -8,7 +8,7 @@ import pytest
 from made_up import MADE_UP, MadeUpEvaluator
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.errors import RunFileError
 from engine.search.vie_neat import VieNeatConfig
 from engine.storage.check import check_run
@@ -26,7 +26,7 @@ SMALL = dataclasses.replace(MADE_UP, evaluations=38, refit_generations=(0, 2))
 @pytest.fixture(scope="module", autouse=True)
 def _no_physics():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine.run, "create_evaluator", lambda *_: MadeUpEvaluator())
+        patch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: MadeUpEvaluator())
         yield
 
 
@@ -34,7 +34,7 @@ def _no_physics():
 def whole(tmp_path_factory):
     """A finished run of four generations; not to be changed."""
     path = tmp_path_factory.mktemp("whole") / "whole.tsmr"
-    engine.run.evolve(path, SMALL)
+    engine.runs.evolve.evolve(path, SMALL)
     return path
 
 
@@ -60,7 +60,7 @@ def origins(path):
 
 
 def finish(path):
-    engine.run.resume(path)
+    engine.runs.evolve.resume(path)
     return hash_of(path)
 
 
@@ -100,7 +100,7 @@ def test_what_the_log_holds_is_found_too(tmp_path):
             for suffix in ("", "-wal"):
                 shutil.copy(f"{path}{suffix}", f"{copy}{suffix}")
 
-    engine.run.evolve(path, SMALL, observer=keep)
+    engine.runs.evolve.evolve(path, SMALL, observer=keep)
     log = copy.with_name("copy.tsmr-wal")
     assert log.stat().st_size > 50_000
     out = tmp_path / "new.tsmr"
@@ -133,7 +133,7 @@ def test_what_the_log_holds_is_found_too(tmp_path):
 )
 def test_a_whole_run_is_saved_wholly(tmp_path, changes):
     path, out = tmp_path / "run.tsmr", tmp_path / "new.tsmr"
-    engine.run.evolve(path, dataclasses.replace(SMALL, **changes))
+    engine.runs.evolve.evolve(path, dataclasses.replace(SMALL, **changes))
     before = path.read_bytes()
     found = recover(path, out)
     assert path.read_bytes() == before
@@ -210,8 +210,8 @@ def test_evaluations_after_a_gap_are_used_when_the_run_comes_there(whole, tmp_pa
             return super().evaluate(solutions)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine.run, "create_evaluator", lambda *_: Counting())
-        engine.run.resume(out)
+        patch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: Counting())
+        engine.runs.evolve.resume(out)
     assert computed == [3, 27]
     assert hash_of(out) == hash_of(whole)
 
@@ -271,7 +271,10 @@ def test_nothing_is_overwritten_and_nothing_is_left_behind(whole, tmp_path):
 
 def test_a_run_that_is_being_written_is_left_alone(whole, tmp_path):
     path = shutil.copy(whole, tmp_path / "run.tsmr")
-    with engine.run.RunWriter.open(path), pytest.raises(RunFileError, match=r"is being written .*stop"):
+    with (
+        engine.runs.evolve.RunWriter.open(path),
+        pytest.raises(RunFileError, match=r"is being written .*stop"),
+    ):
         recover(path, tmp_path / "new.tsmr")
 
 
@@ -313,10 +316,10 @@ def test_going_on_with_a_run_leaves_its_format(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, SMALL, observer=interrupt)
+        engine.runs.evolve.evolve(path, SMALL, observer=interrupt)
     dropped = (f"DROP TABLE {table}" for table in ("digests", "computed", "computers"))
     change(path, *dropped, "PRAGMA user_version=1")
-    engine.run.resume(path)
+    engine.runs.evolve.resume(path)
     with RunReader(path) as reader:
         assert reader.format_version == 1
         assert reader.n_evaluations() == 38
@@ -334,9 +337,9 @@ def test_an_older_format_is_recovered_without_digests(tmp_path):
 
 def test_generations_that_overlapped_are_repeated_as_they_were(tmp_path):
     path, out = tmp_path / "run.tsmr", tmp_path / "new.tsmr"
-    engine.run.evolve(path, dataclasses.replace(MADE_UP, overlap=2))
+    engine.runs.evolve.evolve(path, dataclasses.replace(MADE_UP, overlap=2))
     change(path, "DELETE FROM evaluations WHERE number = 69")
     recover(path, out)
-    engine.run.resume(out)
-    engine.run.evolve(tmp_path / "again.tsmr", dataclasses.replace(MADE_UP, overlap=2))
+    engine.runs.evolve.resume(out)
+    engine.runs.evolve.evolve(tmp_path / "again.tsmr", dataclasses.replace(MADE_UP, overlap=2))
     assert hash_of(out) == hash_of(tmp_path / "again.tsmr")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from made_up import MADE_UP, TINY, MadeUpEvaluator, examples, held
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.storage.reader import RunReader
@@ -22,7 +22,7 @@ from engine.storage.writer import RunWriter, is_being_written
 RUN_UNTIL_KILLED = """
 import json, os, signal, sys
 from pathlib import Path
-import engine.run
+import engine.runs.evolve
 from engine.config import from_json
 
 path, config, limit = Path(sys.argv[1]), from_json(json.loads(sys.argv[2])), int(sys.argv[3])
@@ -32,14 +32,14 @@ def observer(progress):
         os.kill(os.getpid(), signal.SIGKILL)
 
 if path.exists():
-    engine.run.resume(path, observer=observer)
+    engine.runs.evolve.resume(path, observer=observer)
 else:
-    engine.run.evolve(path, config, observer=observer)
+    engine.runs.evolve.evolve(path, config, observer=observer)
 """
 
 
 def evolve(path, config=MADE_UP, **options):
-    engine.run.evolve(path, config, **options)
+    engine.runs.evolve.evolve(path, config, **options)
     return hash_of(path)
 
 
@@ -76,7 +76,7 @@ def test_a_run_killed_three_times_ends_like_an_undisturbed_one(simulated_run, tm
     assert [generation for _, generation in saved] == [None, None, 1]
     assert saved[1][0] == 6
     assert 9 <= saved[2][0] <= 10
-    engine.run.resume(path, n_threads=2)
+    engine.runs.evolve.resume(path, n_threads=2)
     assert hash_of(path) == hash_of(simulated_run)
 
 
@@ -105,7 +105,7 @@ def test_resuming_a_finished_run_changes_nothing(tmp_path):
     before = path.read_bytes()
     dump = list(sqlite3.connect(path).iterdump())
     reports = []
-    engine.run.resume(path, observer=reports.append)
+    engine.runs.evolve.resume(path, observer=reports.append)
     assert list(sqlite3.connect(path).iterdump()) == dump
     assert len(path.read_bytes()) == len(before)
     assert all(p.n_new == 0 for p in reports)
@@ -117,7 +117,7 @@ def test_evolve_refuses_an_existing_run(tmp_path):
     path = tmp_path / "run.tsmr"
     before = evolve(path)
     with pytest.raises(RunFileError, match=r"run\.tsmr exists"):
-        engine.run.evolve(path, MADE_UP)
+        engine.runs.evolve.evolve(path, MADE_UP)
     assert hash_of(path) == before
 
 
@@ -139,16 +139,16 @@ def test_a_run_interrupted_anywhere_ends_like_an_undisturbed_one(tmp_path_factor
 
         try:
             if path.exists():
-                engine.run.resume(path, observer=interrupt)
+                engine.runs.evolve.resume(path, observer=interrupt)
             else:
-                engine.run.evolve(path, config, observer=interrupt)
+                engine.runs.evolve.evolve(path, config, observer=interrupt)
         except KeyboardInterrupt:
             assert len(reports) == stop
         assert not is_being_written(path)
     if path.exists():
-        engine.run.resume(path)
+        engine.runs.evolve.resume(path)
     else:
-        engine.run.evolve(path, config)
+        engine.runs.evolve.evolve(path, config)
     assert hash_of(path) == undisturbed
 
 
@@ -167,7 +167,7 @@ def test_placements_of_every_generation_are_those_of_the_archives_then(tmp_path)
     def remember(progress):
         after.setdefault(progress.generation - 1, held(progress.archives))
 
-    engine.run.evolve(path, MADE_UP, observer=remember)
+    engine.runs.evolve.evolve(path, MADE_UP, observer=remember)
     with RunReader(path) as reader:
         assert reader.last_generation() == max(after) == 9
         assert set(after) == set(range(-1, 10))
@@ -199,7 +199,7 @@ def test_a_run_is_read_while_it_is_written(tmp_path):
                     for name, cells in held(progress.archives).items():
                         assert reader.placements(name, last) == cells
 
-    engine.run.evolve(path, MADE_UP, observer=read)
+    engine.runs.evolve.evolve(path, MADE_UP, observer=read)
     assert generations == set(range(10))
     assert not readers[0].is_live
     assert readers[0].n_evaluations() == MADE_UP.evaluations
@@ -232,7 +232,7 @@ def test_other_threads_may_read_all_the_time(tmp_path):
             reading.start()
 
     try:
-        engine.run.evolve(path, MADE_UP, observer=begin)
+        engine.runs.evolve.evolve(path, MADE_UP, observer=begin)
     finally:
         stop.set()
         reading.join()
@@ -244,7 +244,7 @@ def test_other_threads_may_read_all_the_time(tmp_path):
 @pytest.mark.usefixtures("no_physics")
 def test_reports_of_progress(tmp_path):
     reports = []
-    engine.run.evolve(tmp_path / "run.tsmr", MADE_UP, observer=reports.append)
+    engine.runs.evolve.evolve(tmp_path / "run.tsmr", MADE_UP, observer=reports.append)
     done = [p.n_evaluations for p in reports]
     assert done == sorted(done)
     assert done[0] == 0
@@ -265,11 +265,11 @@ def test_reports_after_resuming_count_both_parts(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, MADE_UP, observer=interrupt)
+        engine.runs.evolve.evolve(path, MADE_UP, observer=interrupt)
     with RunReader(path) as reader:
         n_before = reader.n_evaluations()
     reports = []
-    engine.run.resume(path, observer=reports.append)
+    engine.runs.evolve.resume(path, observer=reports.append)
     assert reports[0].n_evaluations == n_before >= 30
     assert all(p.n_new == p.n_evaluations - n_before for p in reports)
 
@@ -278,15 +278,15 @@ def test_reports_after_resuming_count_both_parts(tmp_path):
 def test_computing_time_adds_up_over_interruptions(tmp_path, monkeypatch):
     path = tmp_path / "run.tsmr"
     clock = iter(range(10**6))
-    monkeypatch.setattr("engine.run.time.monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr("engine.runs.evolve.time.monotonic", lambda: float(next(clock)))
 
     def interrupt(progress):
         if progress.n_evaluations >= 40:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, MADE_UP, observer=interrupt)
-    engine.run.resume(path)
+        engine.runs.evolve.evolve(path, MADE_UP, observer=interrupt)
+    engine.runs.evolve.resume(path)
     with RunReader(path) as reader:
         seconds = [g.seconds for g in reader.generations()]
     assert seconds == sorted(seconds)
@@ -302,7 +302,7 @@ def test_only_missing_evaluations_are_computed_after_an_interruption(tmp_path, m
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, MADE_UP, observer=interrupt)
+        engine.runs.evolve.evolve(path, MADE_UP, observer=interrupt)
     with RunReader(path) as reader:
         known = {e.solution.number for e in reader.all_evaluations()}
     computed = []
@@ -312,8 +312,8 @@ def test_only_missing_evaluations_are_computed_after_an_interruption(tmp_path, m
             computed.extend(s.number for s in solutions)
             yield from super().evaluate(solutions)
 
-    monkeypatch.setattr(engine.run, "create_evaluator", lambda *_: Counting())
-    engine.run.resume(path)
+    monkeypatch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: Counting())
+    engine.runs.evolve.resume(path)
     assert sorted(computed) == sorted(set(range(MADE_UP.evaluations)) - known)
 
 
@@ -325,10 +325,10 @@ def test_resuming_while_the_run_is_written_is_refused(tmp_path):
     def resume_too(progress):
         if progress.n_evaluations and not refused:
             with pytest.raises(RunFileError, match="is being written by another process") as e:
-                engine.run.resume(path)
+                engine.runs.evolve.resume(path)
             refused.append(e)
 
-    engine.run.evolve(path, MADE_UP, observer=resume_too)
+    engine.runs.evolve.evolve(path, MADE_UP, observer=resume_too)
     assert refused
     assert hash_of(path) == evolve(tmp_path / "undisturbed.tsmr")
 
@@ -340,7 +340,7 @@ def test_resuming_what_is_no_run(tmp_path, content):
         path.write_bytes(content)
     before = sorted(tmp_path.iterdir())
     with pytest.raises(RunFileError, match=r"run\.tsmr"):
-        engine.run.resume(path)
+        engine.runs.evolve.resume(path)
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -353,16 +353,16 @@ def test_a_copy_of_an_interrupted_run_can_be_finished_elsewhere(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, MADE_UP, observer=interrupt)
+        engine.runs.evolve.evolve(path, MADE_UP, observer=interrupt)
     copy.parent.mkdir()
     shutil.copy(path, copy)
-    engine.run.resume(copy)
-    engine.run.resume(path)
+    engine.runs.evolve.resume(copy)
+    engine.runs.evolve.resume(path)
     assert hash_of(copy) == hash_of(path)
 
 
 def test_versions_of_what_decides_the_outcome():
-    versions = engine.run.versions()
+    versions = engine.runs.evolve.versions()
     assert {"python", "mujoco", "numpy", "neat-python", "scikit-learn"} <= set(versions)
     assert all(isinstance(v, str) and v for v in versions.values())
 
@@ -371,7 +371,7 @@ def test_physics_that_mujoco_refuses_leaves_no_file(tmp_path, monkeypatch):
     def refuse(*_):
         raise ValueError("Error: mass and inertia of moving bodies must be larger than mjMINVAL\nElement 1")
 
-    monkeypatch.setattr(engine.run, "build_robot", refuse)
+    monkeypatch.setattr(engine.runs.evolve, "build_robot", refuse)
     with pytest.raises(InvalidData, match="MuJoCo refuses this robot: Error: mass and inertia"):
         evolve(tmp_path / "run.tsmr", TINY)
     assert not list(tmp_path.iterdir())
@@ -381,17 +381,17 @@ def test_physics_that_mujoco_refuses_leaves_no_file(tmp_path, monkeypatch):
 def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
     """As if another NEAT-Python had drawn other solutions."""
     path = tmp_path / "run.tsmr"
-    algorithm = engine.run.create_algorithm(dataclasses.replace(TINY, seed=99))
+    algorithm = engine.runs.evolve.create_algorithm(dataclasses.replace(TINY, seed=99))
     strangers = [e for group in MadeUpEvaluator().evaluate(algorithm.ask()[:2]) for e in group]
     with RunWriter.create(path, TINY, {}) as writer:
         writer.add_evaluations(0, strangers)
     with pytest.raises(RunFileError, match="comes out differently"):
-        engine.run.resume(path)
+        engine.runs.evolve.resume(path)
 
 
 def test_changed_versions_are_named(tmp_path):
     path = tmp_path / "run.tsmr"
-    with RunWriter.create(path, TINY, {**engine.run.versions(), "mujoco": "3.0.0"}):
+    with RunWriter.create(path, TINY, {**engine.runs.evolve.versions(), "mujoco": "3.0.0"}):
         pass
-    (change,) = engine.run.changed_versions(path)
+    (change,) = engine.runs.evolve.changed_versions(path)
     assert change.startswith("mujoco 3.0.0 -> ")

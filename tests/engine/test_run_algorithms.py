@@ -13,7 +13,7 @@ import pytest
 from made_up import MADE_UP, TINY, held, made_up_evaluation
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.config import to_json
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
@@ -32,17 +32,17 @@ import json, os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[4])
 from made_up import MadeUpEvaluator
-import engine.run
+import engine.runs.evolve
 from engine.config import from_json
 
-engine.run.create_evaluator = lambda *_: MadeUpEvaluator()
+engine.runs.evolve.create_evaluator = lambda *_: MadeUpEvaluator()
 path, config, limit = Path(sys.argv[1]), from_json(json.loads(sys.argv[2])), int(sys.argv[3])
 
 def observer(progress):
     if progress.n_evaluations >= limit and progress.n_new > 0:
         os.kill(os.getpid(), signal.SIGKILL)
 
-engine.run.evolve(path, config, observer=observer)
+engine.runs.evolve.evolve(path, config, observer=observer)
 """
 
 
@@ -50,7 +50,7 @@ engine.run.evolve(path, config, observer=observer)
 @pytest.mark.usefixtures("no_physics")
 def test_a_killed_run_ends_like_an_undisturbed_one(tmp_path, name):
     config = CONFIGS[name]
-    engine.run.evolve(tmp_path / "undisturbed.tsmr", config)
+    engine.runs.evolve.evolve(tmp_path / "undisturbed.tsmr", config)
     path = tmp_path / "killed.tsmr"
     # within a generation, after a refit
     command = [sys.executable, "-c", RUN_UNTIL_KILLED, path, json.dumps(to_json(config)), 41]
@@ -64,7 +64,7 @@ def test_a_killed_run_ends_like_an_undisturbed_one(tmp_path, name):
     assert done.returncode == -signal.SIGKILL, done.stderr
     with RunReader(path) as reader:
         assert (reader.n_evaluations(), reader.last_generation()) == (41, 3)
-    engine.run.resume(path)
+    engine.runs.evolve.resume(path)
     assert hash_of(path) == hash_of(tmp_path / "undisturbed.tsmr")
 
 
@@ -79,7 +79,7 @@ def test_a_run_file_holds_the_archives_of_every_generation(tmp_path, name):
             progress.generation - 1, {k: len(a) / a.n_cells for k, a in progress.archives.items()}
         )
 
-    engine.run.evolve(path, CONFIGS[name], observer=remember)
+    engine.runs.evolve.evolve(path, CONFIGS[name], observer=remember)
     with RunReader(path) as reader:
         assert reader.config == CONFIGS[name]
         assert reader.last_generation() == max(after) == 9
@@ -96,7 +96,7 @@ def test_a_run_file_holds_the_archives_of_every_generation(tmp_path, name):
 @pytest.mark.usefixtures("no_physics")
 def test_the_members_of_deep_cells_can_be_read(tmp_path):
     path = tmp_path / "run.tsmr"
-    engine.run.evolve(path, CONFIGS["deep grid"])
+    engine.runs.evolve.evolve(path, CONFIGS["deep grid"])
     with RunReader(path) as reader:
         last = reader.last_generation()
         everybody = {e.solution.number: e for e in reader.all_evaluations()}
@@ -141,19 +141,19 @@ def test_garbage_members_are_one_line(tmp_path, members):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        engine.run.evolve(path, CONFIGS["deep grid"], observer=interrupt)
+        engine.runs.evolve.evolve(path, CONFIGS["deep grid"], observer=interrupt)
     db = sqlite3.connect(path)
     with db:
         db.execute("UPDATE state SET algorithm = json_set(algorithm, '$.members', json(?))", (members,))
     db.close()
     with pytest.raises(RunFileError, match=r"run\.tsmr") as e:
-        engine.run.resume(path)
+        engine.runs.evolve.resume(path)
     assert "\n" not in str(e.value)
 
 
 def test_a_body_of_the_other_kind_does_not_fit_the_run(tmp_path):
     path = tmp_path / "run.tsmr"
-    strangers = engine.run.create_algorithm(CONFIGS["DM-ME, per module"]).ask()[:2]
+    strangers = engine.runs.evolve.create_algorithm(CONFIGS["DM-ME, per module"]).ask()[:2]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, [made_up_evaluation(s) for s in strangers])
     with RunReader(path) as reader, pytest.raises(RunFileError, match="does not fit the run's conf"):
@@ -164,7 +164,7 @@ def test_simulated_unlike_modules_are_the_same_on_any_number_of_threads(tmp_path
     changes = {"algorithm": "map-elites", "stiffness": "per-module", "evaluations": 6, "initial": 4}
     config = dataclasses.replace(TINY, **changes)
     for n in (1, 2):
-        engine.run.evolve(tmp_path / f"{n}.tsmr", config, n_threads=n)
+        engine.runs.evolve.evolve(tmp_path / f"{n}.tsmr", config, n_threads=n)
     assert hash_of(tmp_path / "1.tsmr") == hash_of(tmp_path / "2.tsmr")
     with RunReader(tmp_path / "1.tsmr") as reader:
         assert reader.generations()[-1].n_failed == 0

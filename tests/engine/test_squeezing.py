@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up import TINY, a_view, evolved_controller
 
-import engine.run
+import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
@@ -195,7 +195,7 @@ def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("squeezing") / "run.tsmr"
     config = dataclasses.replace(TINY, task="squeezing", evaluations=6, initial=4)
     config = dataclasses.replace(config, trials=dataclasses.replace(TINY.trials, repeats=2))
-    engine.run.evolve(path, config, n_threads=1)
+    engine.runs.evolve.evolve(path, config, n_threads=1)
     with RunReader(path) as reader:
         yield reader
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies
 
-import engine.run
+import engine.runs.evolve
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.reevaluation import reevaluate
@@ -44,13 +44,13 @@ def damaged(made_up_run, tmp_path):
 
 def write_run(path, config=MADE_UP, until=10**6):
     """Write a run by hand, generation by generation."""
-    algorithm = engine.run.create_algorithm(config)
+    algorithm = engine.runs.evolve.create_algorithm(config)
     with RunWriter.create(path, config, {"tensatlas": "0"}) as writer:
         while algorithm.generation < until and (solutions := algorithm.ask()):
             evaluations = [made_up_evaluation(s, failing=0.1) for s in solutions]
             writer.add_evaluations(algorithm.generation, evaluations)
             algorithm.tell(evaluations)
-            writer.close_generation(algorithm, engine.run.statistics(algorithm, 0.45), 1.0)
+            writer.close_generation(algorithm, engine.runs.evolve.statistics(algorithm, 0.45), 1.0)
     return algorithm
 
 
@@ -148,7 +148,7 @@ def test_what_is_no_cell_is_refused(text):
 
 
 def test_what_was_written_is_read(made_up_run):
-    algorithm = engine.run.create_algorithm(MADE_UP)
+    algorithm = engine.runs.evolve.create_algorithm(MADE_UP)
     everything = []
     with RunReader(made_up_run) as reader:
         assert reader.config == MADE_UP
@@ -289,7 +289,7 @@ def test_a_reader_asking_whether_a_run_is_live_does_not_lock_out_its_writer(tmp_
 
 def test_finished_evaluations_of_an_open_generation_are_kept(tmp_path):
     path = tmp_path / "run.tsmr"
-    algorithm = engine.run.create_algorithm(MADE_UP)
+    algorithm = engine.runs.evolve.create_algorithm(MADE_UP)
     new = [made_up_evaluation(s) for s in algorithm.ask()[:5]]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, new[:2])
@@ -304,7 +304,7 @@ def test_finished_evaluations_of_an_open_generation_are_kept(tmp_path):
 
 def test_an_evaluation_cannot_be_saved_twice(tmp_path):
     path = tmp_path / "run.tsmr"
-    new = [made_up_evaluation(s) for s in engine.run.create_algorithm(MADE_UP).ask()]
+    new = [made_up_evaluation(s) for s in engine.runs.evolve.create_algorithm(MADE_UP).ask()]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, new[:3])
         with pytest.raises(RunFileError, match=r"run\.tsmr cannot be written"):
@@ -542,7 +542,7 @@ def test_garbage_in_other_tables(damaged, sql):
 def test_resuming_from_a_garbage_state(damaged, state):
     change(damaged, "UPDATE state SET algorithm = ?", state)
     with pytest.raises(RunFileError, match=r"damaged\.tsmr"):
-        engine.run.resume(damaged)
+        engine.runs.evolve.resume(damaged)
     assert not is_being_written(damaged)
 
 
@@ -650,7 +650,7 @@ def test_a_run_of_an_older_body_can_be_looked_at_but_not_simulated(tmp_path):
             Replay(reader.config, elite)
         with pytest.raises(InvalidData, match="robots would fly apart"):
             verify(reader.config, elite, n_seeds=1)
-    for simulate in (engine.run.resume, lambda p: reevaluate(p, repeats=1)):
+    for simulate in (engine.runs.evolve.resume, lambda p: reevaluate(p, repeats=1)):
         with pytest.raises(InvalidData, match="robots would fly apart"):
             simulate(path)
     assert [p.name for p in tmp_path.iterdir()] == ["old.tsmr"]
@@ -661,4 +661,4 @@ def test_a_finished_run_of_an_older_body_is_resumed_to_no_effect(tmp_path):
     write_run(path)
     config = to_json(MADE_UP) | {"physics": OLD_PHYSICS}
     change(path, "UPDATE meta SET value = ? WHERE key = 'config'", json.dumps(config))
-    engine.run.resume(path)
+    engine.runs.evolve.resume(path)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from made_up import TINY, a_view
 
-import engine.run
+import engine.runs.evolve
 from engine.config import RunConfig, from_json, to_json
 from engine.errors import InvalidData, RunFileError, TaskError, TensAtlasError, UnknownTask
 from engine.replay.replay import Replay
@@ -77,8 +77,8 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
     load_task(good)
     config = dataclasses.replace(TINY, task="bump", evaluations=6, initial=4)
     one, two = tmp_path / "one.tsmr", tmp_path / "two.tsmr"
-    engine.run.evolve(one, config, n_threads=1)
-    engine.run.evolve(two, config, n_threads=2)
+    engine.runs.evolve.evolve(one, config, n_threads=1)
+    engine.runs.evolve.evolve(two, config, n_threads=2)
     with RunReader(one) as a, RunReader(two) as b:
         assert a.canonical_hash() == b.canonical_hash()
         assert a.versions["task bump"].startswith("sha256:")
@@ -99,11 +99,11 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
     with RunReader(one) as a:
         assert a.config.task == "bump"
         assert a.task_change is None
-    assert engine.run.changed_versions(one) == []
+    assert engine.runs.evolve.changed_versions(one) == []
     # the file has changed since
     monkeypatch.setattr(loading, "_loaded", {})
     good.write_text(GOOD + "# different\n")
-    (change,) = engine.run.changed_versions(one)
+    (change,) = engine.runs.evolve.changed_versions(one)
     assert change.startswith("task bump sha256:")
     with RunReader(one) as a:
         assert a.task_change == "the file of task bump has changed since this run was started"
@@ -118,7 +118,7 @@ def test_no_run_file_makes_code_run(good, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv(TASKS_VARIABLE, str(good))
     path = tmp_path / "run.tsmr"
-    with engine.run.RunWriter.create(path, TINY, {}):
+    with engine.runs.evolve.RunWriter.create(path, TINY, {}):
         pass
     for name in (
         "evil.py",
@@ -226,10 +226,10 @@ def test_what_fails_only_later_stops_the_run_with_one_line_and_keeps_it(tmp_path
     load_task(path)
     config = dataclasses.replace(TINY, task="bump", evaluations=3, initial=3)
     with pytest.raises(TaskError, match=r"late\.py: score returned a number that is not finite"):
-        engine.run.evolve(run, config)
+        engine.runs.evolve.evolve(run, config)
     path.write_text(late.replace("np.nan", "0.4"))
     load_task(path)
-    engine.run.resume(run)
+    engine.runs.evolve.resume(run)
     with RunReader(run) as reader:
         assert reader.n_evaluations() == 3
 

@@ -5,7 +5,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_up import TINY, evolved_controller, examples
 
-import engine.run
+import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
@@ -61,7 +61,7 @@ def test_contacts_that_the_time_step_does_not_resolve_are_refused():
 def test_a_run_refuses_it_before_its_file_is_made(tmp_path):
     config = dataclasses.replace(TINY, physics=Physics(timestep=0.005))
     with pytest.raises(InvalidData, match="too large"):
-        engine.run.evolve(tmp_path / "a.tsmr", config)
+        engine.runs.evolve.evolve(tmp_path / "a.tsmr", config)
     assert not list(tmp_path.iterdir())
 
 

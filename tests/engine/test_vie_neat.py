@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from made_up import evaluate, evaluation, examples, generation, held, made_up_evaluation
 from test_run import RUN_UNTIL_KILLED, evolve, hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.body.morphology import random_morphology
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.control.genome import Neat
@@ -351,10 +351,14 @@ def test_a_run_interrupted_anywhere_ends_like_an_undisturbed_one(tmp_path, stops
             if len(reports) == stop:
                 raise KeyboardInterrupt
 
-        go_on = engine.run.resume if path.exists() else functools.partial(engine.run.evolve, config=MADE_UP)
+        go_on = (
+            engine.runs.evolve.resume
+            if path.exists()
+            else functools.partial(engine.runs.evolve.evolve, config=MADE_UP)
+        )
         with pytest.raises(KeyboardInterrupt):
             go_on(path, observer=interrupt)
-    engine.run.resume(path)
+    engine.runs.evolve.resume(path)
     assert hash_of(path) == undisturbed
 
 
@@ -365,7 +369,7 @@ def test_a_simulated_run_killed_twice_ends_like_an_undisturbed_one_on_two_thread
         command = [sys.executable, "-c", RUN_UNTIL_KILLED, path, json.dumps(to_json(TINY)), limit]
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
         assert done.returncode == -signal.SIGKILL, done.stderr
-    engine.run.resume(path, n_threads=1)
+    engine.runs.evolve.resume(path, n_threads=1)
     assert hash_of(path) == undisturbed
     with RunReader(path) as reader:
         assert reader.config == TINY
@@ -388,7 +392,7 @@ def test_a_run_file_without_the_parameters_has_the_published_ones():
 def test_presets_suit_the_algorithm(name):
     config = dataclasses.replace(preset(name), algorithm="vie-neat")
     assert from_json(json.loads(json.dumps(to_json(config)))) == config
-    algorithm = engine.run.create_algorithm(config)
+    algorithm = engine.runs.evolve.create_algorithm(config)
     sizes = []
     while len(sizes) < 4 and (solutions := algorithm.ask()):
         sizes.append(len(solutions))

@@ -15,5 +15,5 @@ from faulty import python
 def made_up(tmp_path_factory):
     """A finished run of made-up figures; not to be changed."""
     path = tmp_path_factory.mktemp("undisturbed") / "made-up.tsmr"
-    python("import engine.run; engine.run.evolve(path, SMALL)", path)
+    python("import engine.runs.evolve; engine.runs.evolve.evolve(path, SMALL)", path)
     return path

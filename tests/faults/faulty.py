@@ -17,10 +17,10 @@ ENVIRONMENT = {
 PREAMBLE = """
 import dataclasses, sys
 from pathlib import Path
-import engine.run
+import engine.runs.evolve
 from engine.simulation.evaluation import TrialConfig
 from made_up import MADE_UP, TINY, MadeUpEvaluator
-engine.run.create_evaluator = lambda *_: MadeUpEvaluator()
+engine.runs.evolve.create_evaluator = lambda *_: MadeUpEvaluator()
 SMALL = dataclasses.replace(MADE_UP, evaluations=44, refit_generations=(0, 2))
 path = Path(sys.argv[1])
 """

@@ -8,7 +8,7 @@ from faulty import python
 from made_up import MADE_UP, made_up_evaluation
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.storage.reader import RunReader
 from engine.storage.writer import LOG_LIMIT, RunWriter
 
@@ -23,7 +23,7 @@ time.time = lambda: real() + rng.choice([-4e8, -3600, 0, 3600, 4e8])
 import engine.storage.writer, engine.storage.lock
 engine.storage.writer.datetime = engine.storage.lock.datetime = Jumping
 assert len({engine.storage.writer._now() for _ in range(50)}) > 3
-engine.run.evolve(path, SMALL)
+engine.runs.evolve.evolve(path, SMALL)
 """
 
 
@@ -50,7 +50,7 @@ def write(writer, numbers, solution):
 
 def test_the_log_stays_small_beside_our_readers_and_recovers_from_others(tmp_path):
     path = tmp_path / "run.tsmr"
-    solution = engine.run.create_algorithm(MADE_UP).ask()[0]
+    solution = engine.runs.evolve.create_algorithm(MADE_UP).ask()[0]
     with RunWriter.create(path, MADE_UP, {}) as writer, RunReader(path) as reader:
         for i in range(100):
             write(writer, range(40 * i, 40 * i + 40), solution)

@@ -14,7 +14,7 @@ import resource
 if len(sys.argv) > 2:
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 try:
-    engine.run.resume(path) if path.exists() else engine.run.evolve(path, SMALL)
+    engine.runs.evolve.resume(path) if path.exists() else engine.runs.evolve.evolve(path, SMALL)
 except TensAtlasError as e:
     print(e)
 """

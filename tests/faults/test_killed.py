@@ -29,7 +29,7 @@ def test_runs_that_only_write_are_killed_and_end_like_an_undisturbed_one(tmp_pat
 
 
 def test_runs_of_real_simulations_are_killed_and_end_like_an_undisturbed_one(tmp_path):
-    real = "import importlib; importlib.reload(engine.run)\n"
+    real = "import importlib; importlib.reload(engine.runs.evolve)\n"
     check(python(real + KILL.format(config="TINY", kills=2, seed=2), tmp_path), 2)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import engine.run
+import engine.runs.evolve
 from engine.config import preset
 from engine.simulation.evaluation import TrialConfig
 from engine.tasks import load_task, loading
@@ -37,7 +37,7 @@ TASK = Task(
 def tiny_run(tmp_path_factory):
     """A finished run of real simulations on a thread of this process, and its hash; not to be changed."""
     path = tmp_path_factory.mktemp("tiny") / "undisturbed.tsmr"
-    engine.run.evolve(path, TINY, n_threads=1)
+    engine.runs.evolve.evolve(path, TINY, n_threads=1)
     return path, hash_of(path)
 
 

@@ -9,7 +9,7 @@ import pytest
 from made_up import TINY
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.errors import ClusterError
 from engine.storage.reader import RunReader
 from engine.workers.dask_workers import DaskWorkers, local_cluster
@@ -36,7 +36,7 @@ def test_a_cluster_gives_the_same_run_though_a_worker_is_killed_at_work(tiny_run
                 killed.append(pid)
                 os.kill(pid, signal.SIGKILL)
 
-        engine.run.evolve(path, TINY, workers=workers, observer=kill_one)
+        engine.runs.evolve.evolve(path, TINY, workers=workers, observer=kill_one)
     assert killed
     assert hash_of(path) == tiny_run[1]
 
@@ -45,7 +45,7 @@ def test_a_robot_that_kills_its_worker_twice_has_failed_and_the_run_goes_on(clus
     config = bad_task("deadly", "os.kill(os.getpid(), signal.SIGKILL)")
     path = tmp_path / "run.tsmr"
     with DaskWorkers(cluster.scheduler_address) as workers:
-        engine.run.evolve(path, config, workers=workers)
+        engine.runs.evolve.evolve(path, config, workers=workers)
     with RunReader(path) as reader:
         failures = {e.solution.morphology.n_modules: e.failure for e in reader.all_evaluations()}
     assert "its worker died each time: a worker of the Dask cluster was lost" in failures.pop(3)

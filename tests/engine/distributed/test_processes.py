@@ -15,7 +15,7 @@ import pytest
 from made_up import TINY
 from run_hash import hash_of
 
-import engine.run
+import engine.runs.evolve
 from engine.errors import InvalidData, TaskError
 from engine.simulation.provenance import this_computer
 from engine.storage.reader import RunReader
@@ -36,7 +36,7 @@ def test_two_processes_give_the_same_run_though_one_is_killed_at_work(tiny_run, 
                 killed.append(pids[0])
                 os.kill(pids[0], signal.SIGKILL)
 
-        engine.run.evolve(path, TINY, workers=workers, observer=kill_one)
+        engine.runs.evolve.evolve(path, TINY, workers=workers, observer=kill_one)
         assert killed
         assert pids[0] not in workers.pids
         assert pids[1] in workers.pids
@@ -51,7 +51,7 @@ def test_a_robot_that_kills_its_worker_twice_has_failed_and_the_run_goes_on(bad_
     config = bad_task("deadly", "os.kill(os.getpid(), signal.SIGKILL)")
     path = tmp_path / "run.tsmr"
     with ProcessWorkers(2) as workers:
-        engine.run.evolve(path, config, workers=workers)
+        engine.runs.evolve.evolve(path, config, workers=workers)
     with RunReader(path) as reader:
         evaluations = reader.all_evaluations()
     of_three = [e for e in evaluations if e.solution.morphology.n_modules == 3]
@@ -65,7 +65,7 @@ def test_a_robot_that_hangs_is_given_up_after_the_timeout(bad_task, tmp_path):
     config = bad_task("endless", "time.sleep(1e6)")
     path = tmp_path / "run.tsmr"
     with ProcessWorkers(2, timeout=4.0) as workers:
-        engine.run.evolve(path, config, workers=workers)
+        engine.runs.evolve.evolve(path, config, workers=workers)
     with RunReader(path) as reader:
         failures = {e.solution.morphology.n_modules: e.failure for e in reader.all_evaluations()}
     assert failures.pop(3) == "its worker died each time: not finished in 4 s"
@@ -75,14 +75,14 @@ def test_a_robot_that_hangs_is_given_up_after_the_timeout(bad_task, tmp_path):
 def test_an_error_in_a_users_task_ends_the_run_with_one_line(bad_task, tmp_path):
     config = bad_task("faulty", "raise ZeroDivisionError")
     with ProcessWorkers(1) as workers, pytest.raises(TaskError, match=r"task.py.*ZeroDivisionError"):
-        engine.run.evolve(tmp_path / "run.tsmr", config, workers=workers)
+        engine.runs.evolve.evolve(tmp_path / "run.tsmr", config, workers=workers)
 
 
 def test_a_changed_task_file_is_noticed(bad_task, tmp_path):
     config = bad_task("changing", "pass")
     (tmp_path / "changing.py").write_text("# another")
     with ProcessWorkers(1) as workers, pytest.raises(TaskError, match="has changed"):
-        engine.run.evolve(tmp_path / "run.tsmr", config, workers=workers)
+        engine.runs.evolve.evolve(tmp_path / "run.tsmr", config, workers=workers)
 
 
 PARENT = """
@@ -103,7 +103,7 @@ def test_workers_of_a_killed_command_end(tmp_path):
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
         text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(engine.run.__file__).parents[1])},
+        env=os.environ | {"PYTHONPATH": str(Path(engine.runs.evolve.__file__).parents[1])},
     )
     pids = [int(pid) for pid in parent.stdout.readline().split()]
     assert len(pids) == 2
