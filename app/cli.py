@@ -24,6 +24,7 @@ from app.reevaluation import reevaluate_run
 from app.tables import project, write_elites
 from app.verification import print_verification
 from app.workers import WorkerFlags, check_workers
+from engine.analysis.verify import changed_physics, verify
 from engine.config import preset
 from engine.errors import TensAtlasError
 from engine.simulation.provenance import differing
@@ -31,7 +32,6 @@ from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
 from engine.storage.rows import parse_cell
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
-from engine.verify import changed_physics, verify
 
 USAGE_ERROR = 2
 INTERRUPTED = 130

@@ -14,7 +14,7 @@ from app.clicks import ClickChannel
 from app.comparison_window import ComparisonWindow
 from app.run_picker import label_paths
 from app.widgets import put_html
-from engine.comparison import Comparison, compare_runs
+from engine.analysis.comparison import Comparison, compare_runs
 from engine.errors import InvalidData
 from viz.report import render_page, report_sections
 from viz.report_style import DARK

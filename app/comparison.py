@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 from app import commands as c
-from engine import published
-from engine.analysis import describe, too_few_runs
-from engine.comparison import Comparison, TaskComparison, compare_runs
-from engine.comparison_tables import csv_files
+from engine.analysis import published
+from engine.analysis.comparison import Comparison, TaskComparison, compare_runs
+from engine.analysis.comparison_tables import csv_files
+from engine.analysis.statistics import describe, too_few_runs
 from engine.errors import ExportError
 from viz.report import render_page, report_sections, task_title
 from viz.report_images import write_images

@@ -8,8 +8,8 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.robustness import robust_stamp
 from engine.storage.reader import RunReader
 from engine.storage.writer import SUFFIX
 from viz.run_list import RunFacts, State

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 
 from app.archives_panel import ArchivesPanel
 from app.color_controls import ALL_RUNS, FIXED, ColorWish, checked_limits
+from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData
-from engine.robustness import robust_stamp
 from engine.search.archive import Cell
 from engine.storage.generations import Generation
 from engine.storage.reader import RunReader

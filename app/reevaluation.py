@@ -10,8 +10,8 @@ from rich.table import Table
 
 from app import commands as c
 from app.progress import counting
-from engine.reevaluation import reevaluate
-from engine.robustness import MapRobustness, robust_path
+from engine.analysis.reevaluation import reevaluate
+from engine.analysis.robustness import MapRobustness, robust_path
 
 
 def reevaluate_run(command: c.Reevaluate, console: Console) -> None:

@@ -6,9 +6,9 @@ from rich.console import Console
 
 from app import commands as c
 from app.progress import counting
-from engine.projected_run import UP, project_run
+from engine.analysis.elite_table import elite_table, write_table
+from engine.analysis.projection_run import UP, project_run
 from engine.storage.reader import RunReader
-from engine.table import elite_table, write_table
 
 
 def write_elites(command: c.Table, console: Console) -> None:

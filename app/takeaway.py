@@ -17,12 +17,12 @@ from app.library import Library
 from app.limits import SimulationBudget
 from app.recording import Progress, recording
 from app.state import Selection, SessionState
+from engine.analysis.elite_table import csv_bytes, elite_table
 from engine.errors import InvalidData, TensAtlasError
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
-from engine.table import csv_bytes, elite_table
 from engine.zip_file import zip_bytes
 
 log = logging.getLogger(__name__)

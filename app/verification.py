@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.table import Table
 
 from app import commands as c
+from engine.analysis.motion import Motion
+from engine.analysis.verify import Samples, Verification
 from engine.config import RunConfig
-from engine.motion import Motion
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.model import Physics
 from engine.tasks import get_task
-from engine.verify import Samples, Verification
 
 
 def print_verification(command: c.Verify, config: RunConfig, found: Verification) -> None:

@@ -34,6 +34,7 @@ from rich.console import Console
 
 from app.upload import keep
 from benchmarks.rows import Row, show
+from engine.analysis.robustness import load_robust
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json, preset, to_json
 from engine.control.genome import Controller
@@ -42,7 +43,6 @@ from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
-from engine.robustness import load_robust
 from engine.runs.evolve import create_algorithm, statistics, versions
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.simulation.history import Failure

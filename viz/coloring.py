@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
-from engine.robustness import load_robust_of, robust_path
+from engine.analysis.robustness import load_robust_of, robust_path
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
 from engine.search.axes import body_cell

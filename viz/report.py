@@ -10,9 +10,9 @@ from typing import Final
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from engine import published
-from engine.comparison import Comparison, TaskComparison
-from engine.elite_map import GRID
+from engine.analysis import published
+from engine.analysis.comparison import Comparison, TaskComparison
+from engine.analysis.elite_maps import GRID
 from viz.report_maps import MOST_RUNS, maps_figure
 from viz.report_nested import nested_figure
 from viz.report_style import LIGHT, Look

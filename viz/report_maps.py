@@ -10,9 +10,9 @@ from typing import Any, Final
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from engine.comparison import TaskComparison
-from engine.elite_map import CONTROLLER, MORPHOLOGY, EliteMap
-from engine.run_result import RunResult
+from engine.analysis.comparison import TaskComparison
+from engine.analysis.elite_maps import CONTROLLER, MORPHOLOGY, EliteMap
+from engine.analysis.run_result import RunResult
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
 from viz import axes as axis_text

@@ -10,9 +10,9 @@ from typing import Any, Final
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from engine.comparison import TaskComparison
-from engine.elite_map import GRID
-from engine.run_result import RunResult
+from engine.analysis.comparison import TaskComparison
+from engine.analysis.elite_maps import GRID
+from engine.analysis.run_result import RunResult
 from viz import axes as axis_text
 from viz.report_maps import MOST_RUNS, color_axis, hover_text
 from viz.report_style import Look, dress

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import plotly.graph_objects as go
 
-from engine.run_result import ALGORITHM_NAMES
+from engine.analysis.run_result import ALGORITHM_NAMES
 
 FONT: Final = "Inter, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 WIDTH: Final = 1080

@@ -6,9 +6,9 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from engine import published
-from engine.analysis import ALPHA, too_few_runs
-from engine.comparison import TaskComparison
+from engine.analysis import published
+from engine.analysis.comparison import TaskComparison
+from engine.analysis.statistics import ALPHA, too_few_runs
 from viz.report_style import colors
 
 MEASURES: Final = {

@@ -8,8 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from engine import published
-from engine.comparison import Group, TaskComparison
+from engine.analysis import published
+from engine.analysis.comparison import Group, TaskComparison
 from viz.report_style import WIDTH, Look, colors, dress, translucent
 
 HEIGHT: Final = 400

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from app.clicks import _CLICK
 from app.color_controls import ALL_RUNS, FIXED, ColorWish
 from app.map_board import MapBoard
+from engine.analysis.robustness import Robustness, robust_path, save_robust
 from engine.errors import InvalidData
-from engine.robustness import Robustness, robust_path, save_robust
 from engine.search.algorithm import Axis
 from engine.storage.reader import RunReader
 from viz.heatmap import Ring

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Request
 
-from engine.comparison import compare_runs
+from engine.analysis.comparison import compare_runs
 from viz.report import render_page, report_sections
 
 pytestmark = pytest.mark.browser

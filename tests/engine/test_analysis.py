@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_up import examples
 
-from engine import published
-from engine.analysis import (
+from engine.analysis import published
+from engine.analysis.statistics import (
     MAX_TREND_POINTS,
     describe,
     fewest_runs,

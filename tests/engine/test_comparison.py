@@ -9,11 +9,11 @@ import pytest
 from made_up import MADE_UP, evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
+from engine.analysis.comparison import Comparison, TaskComparison, _groups, compare_runs
+from engine.analysis.comparison_tables import csv_files
+from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
-from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
-from engine.comparison_tables import csv_files
 from engine.errors import InvalidData, RunFileError
-from engine.run_result import load_result
 from engine.search.vie_neat import VieNeatConfig
 from engine.storage.writer import RunWriter
 

@@ -10,8 +10,7 @@ from made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from made_up_grid import AXES, random_grid_run, write_grid_run
 
 import engine.runs.evolve
-from engine.body.morphology import Morphology
-from engine.elite_map import (
+from engine.analysis.elite_maps import (
     EliteMap,
     archive_maps,
     double_elites,
@@ -19,9 +18,10 @@ from engine.elite_map import (
     lift,
     load_maps,
 )
+from engine.analysis.projection_run import DOWN, UP, project_run
+from engine.analysis.run_result import load_result
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
-from engine.projected_run import DOWN, UP, project_run
-from engine.run_result import load_result
 from engine.runs.evolve import create_algorithm, resume, statistics
 from engine.search.algorithm import Axis
 from engine.search.axes import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes

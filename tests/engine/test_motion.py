@@ -2,8 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from engine.analysis.motion import MotionRecorder
 from engine.body.morphology import Morphology
-from engine.motion import MotionRecorder
 from engine.simulation.batch import SimulationBatch
 from engine.simulation.model import Physics, build_robot
 

@@ -6,21 +6,21 @@ import pytest
 from made_up import MadeUpEvaluator
 from made_up_grid import AXES
 
-import engine.reevaluation
-from engine.elite_map import EliteMap
-from engine.errors import InvalidData, RunFileError
-from engine.reevaluation import reevaluate
-from engine.robustness import (
+import engine.analysis.reevaluation
+from engine.analysis.elite_maps import EliteMap
+from engine.analysis.reevaluation import reevaluate
+from engine.analysis.robustness import (
     Robustness,
     load_robust,
     load_robust_of,
     map_robustness,
     robust_path,
 )
+from engine.analysis.verify import resimulate
+from engine.errors import InvalidData, RunFileError
 from engine.simulation.evaluation import LocalEvaluator
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
-from engine.verify import resimulate
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_no_noise_is_the_runs_own_or_used_twice(run, monkeypatch):
 
 def test_the_file_does_not_depend_on_workers_or_on_interruptions(reevaluated, run, monkeypatch):
     expected = robust_path(reevaluated[0]).read_bytes()
-    monkeypatch.setattr(engine.reevaluation, "_SAVE_INTERVAL", 0.0)
+    monkeypatch.setattr(engine.analysis.reevaluation, "_SAVE_INTERVAL", 0.0)
 
     def stop(n, total):
         raise KeyboardInterrupt
@@ -205,7 +205,7 @@ def test_bad_input_is_refused_before_time_is_spent(run):
 
 def test_two_at_once_do_not_save_over_each_other(run):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
+        patch.setattr(engine.analysis.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
         lock = RunLock.acquire(robust_path(run))
         with pytest.raises(
             RunFileError, match=rf"{robust_path(run).name} is being written by another process"
@@ -217,7 +217,9 @@ def test_two_at_once_do_not_save_over_each_other(run):
 
 
 def test_results_that_cannot_be_kept_are_reported(run, monkeypatch):
-    monkeypatch.setattr(engine.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
-    monkeypatch.setattr(engine.reevaluation, "robust_path", lambda run: run.parent / "none" / "x.json")
+    monkeypatch.setattr(engine.analysis.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
+    monkeypatch.setattr(
+        engine.analysis.reevaluation, "robust_path", lambda run: run.parent / "none" / "x.json"
+    )
     with pytest.raises(RunFileError, match="cannot be written"):
         reevaluate(run, repeats=1, archive="morphology")

@@ -9,6 +9,7 @@ import pytest
 from made_up import TINY, a_view, evolved_controller
 
 import engine.runs.evolve
+from engine.analysis.verify import verify
 from engine.body.morphology import Morphology
 from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
@@ -19,7 +20,6 @@ from engine.simulation.model import Physics
 from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
 from engine.storage.reader import RunReader
 from engine.tasks import SQUEEZING, target_offsets, worlds
-from engine.verify import verify
 
 PHYSICS = Physics()
 LEFT, RIGHT = 0, 1

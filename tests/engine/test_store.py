@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies
 
 import engine.runs.evolve
+from engine.analysis.reevaluation import reevaluate
+from engine.analysis.verify import verify
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
-from engine.reevaluation import reevaluate
 from engine.replay.replay import Replay
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name, from_row, parse_cell, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.storage.writer import RunWriter, is_being_written, lock_path
-from engine.verify import verify
 
 # adding zero makes 0.0 of -0.0, as the fitness function does: SQLite keeps no sign of a zero
 finite = st.floats(allow_nan=False, allow_infinity=False).map(lambda x: x + 0.0)

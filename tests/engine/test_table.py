@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from made_up_grid import AXES, random_grid_run
 
+from engine.analysis.elite_table import elite_table, write_table
 from engine.body.morphology import Morphology
 from engine.errors import ExportError, RunFileError
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
-from engine.table import elite_table, write_table
 
 
 @pytest.fixture

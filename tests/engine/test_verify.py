@@ -3,11 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from engine.analysis.verify import changed_physics, resimulate, verify
 from engine.errors import InvalidData
 from engine.simulation.evaluation import LocalEvaluator
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from engine.verify import changed_physics, resimulate, verify
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ from faulty import ENVIRONMENT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from engine.analysis.robustness import load_robust
 from engine.body.morphology import Morphology
 from engine.config import from_json
 from engine.control.genome import Controller
 from engine.errors import TensAtlasError, one_line
-from engine.robustness import load_robust
 from engine.tasks.walls import Wall
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from engine.comparison import Comparison, TaskComparison, _groups, compare_runs
-from engine.run_result import RunResult
+from engine.analysis.comparison import Comparison, TaskComparison, _groups, compare_runs
+from engine.analysis.run_result import RunResult
 from viz.report import render_page, report_sections, style
 from viz.report_maps import maps_figure, task_scale
 from viz.report_nested import nested_figure

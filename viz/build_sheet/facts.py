@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from engine.analysis.robustness import Robustness, load_robust_of
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
@@ -16,7 +17,6 @@ from engine.errors import InvalidData
 from engine.export import Trial
 from engine.fabrication.joints import joints
 from engine.identity import robot_hash, robot_id
-from engine.robustness import Robustness, load_robust_of
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head

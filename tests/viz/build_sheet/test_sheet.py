@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
+from engine.analysis.robustness import Robustness
 from engine.body import module as t
 from engine.body import servo
 from engine.config import RunConfig
@@ -24,7 +25,6 @@ from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.problems import problems
 from engine.fabrication.rods import rods
-from engine.robustness import Robustness
 from engine.tasks import get_task, worlds
 from viz.build_sheet import performance, style
 from viz.build_sheet.document import typeset

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from engine.config import RunConfig
-from engine.elite_map import (
+from engine.analysis.elite_maps import (
     CONTROLLER,
     GRID,
     MORPHOLOGY,
@@ -18,6 +17,7 @@ from engine.elite_map import (
     lift,
     load_maps,
 )
+from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.search.archive import Cell
 from engine.search.axes import body_axes

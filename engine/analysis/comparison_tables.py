@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from engine import published
-from engine.comparison import Comparison
+from engine.analysis import published
+from engine.analysis.comparison import Comparison
 from engine.files import csv_text
 
 MEASURES: Final = {

@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine.elite_map import EliteMap
+from engine.analysis.elite_maps import EliteMap
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
 from engine.storage.reader import RunReader
 

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from engine.analysis import RankSum, Statistics, Trend, describe, rank_sum, trend
+from engine.analysis.elite_maps import MORPHOLOGY
+from engine.analysis.run_result import ALGORITHM_NAMES, NothingToCompareError, RunResult, load_result
+from engine.analysis.statistics import RankSum, Statistics, Trend, describe, rank_sum, trend
 from engine.config import to_json
-from engine.elite_map import MORPHOLOGY
 from engine.errors import InvalidData
-from engine.run_result import ALGORITHM_NAMES, NothingToCompareError, RunResult, load_result
 from engine.storage.writer import SUFFIX
 
 Observer = Callable[[Path, int, int], None]

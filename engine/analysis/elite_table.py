@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.elite_map import final_descriptor
+from engine.analysis.elite_maps import final_descriptor
 from engine.errors import ExportError, RunFileError
 from engine.files import csv_text
 from engine.search.algorithm import Axis

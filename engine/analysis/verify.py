@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
+from engine.analysis.motion import Motion, MotionRecorder
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.motion import Motion, MotionRecorder
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution, fresh_number
 from engine.simulation.model import Physics, build_robot
 from engine.simulation.timestep import check_timestep, with_inertia

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
-from engine.elite_map import archive_maps
-from engine.errors import InvalidData, RunFileError
-from engine.robustness import (
+from engine.analysis.elite_maps import archive_maps
+from engine.analysis.robustness import (
     MAX_REPEATS,
     MapRobustness,
     Robustness,
@@ -19,12 +18,13 @@ from engine.robustness import (
     robust_path,
     save_robust,
 )
+from engine.analysis.verify import with_noise
+from engine.errors import InvalidData, RunFileError
 from engine.runs.evolve import check_physics, create_evaluator, versions
 from engine.simulation.evaluation import Solution
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
 from engine.tasks import get_task, task_version
-from engine.verify import with_noise
 
 _SAVE_INTERVAL: Final = 5.0
 """Seconds of work that being killed costs at most, besides the group under way."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from engine.elite_map import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
+from engine.analysis.elite_maps import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
 from engine.runs.evolve import check_physics, create_evaluator, statistics
 from engine.search.algorithm import Axis
