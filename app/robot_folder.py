@@ -16,8 +16,8 @@ from engine.body import module as t
 from engine.body import servo
 from engine.errors import InvalidData
 from engine.export import export_files, simulate_trial
-from engine.fabrication.files import fabrication_files
 from engine.fabrication.firmware import firmware_files
+from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
 from engine.files import csv_text
 from engine.runs.evolve import versions

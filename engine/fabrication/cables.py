@@ -19,6 +19,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
+from engine.fabrication.floating_module import CONTRACTED, floating_module
 from engine.fabrication.materials import (
     MAX_TAIL,
     MIN_TAIL,
@@ -27,8 +28,7 @@ from engine.fabrication.materials import (
     Materials,
     load_materials,
 )
-from engine.fabrication.module_state import CONTRACTED, floating_module
-from engine.fabrication.quantity import Source, least_certain
+from engine.fabrication.sources import Source, least_certain
 
 EYELET_WALL: Final = 0.0018
 """Width of the ring round an eyelet's hole, in m; it counts as rigid."""

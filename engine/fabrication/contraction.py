@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.fabrication import tolerances
-from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module
+from engine.fabrication.floating_module import CONTRACTED, RELEASED, floating_module
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

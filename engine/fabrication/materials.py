@@ -14,8 +14,8 @@ from typing import Final, Literal, get_args
 
 from engine.body import module as t
 from engine.errors import InvalidData
-from engine.fabrication.quantity import Source
-from engine.fabrication.units_in_keys import number, read_table, text_value
+from engine.fabrication.materials_file import number, read_table, text_value
+from engine.fabrication.sources import Source
 from engine.toml_file import parse_toml
 
 PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")

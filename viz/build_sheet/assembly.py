@@ -14,9 +14,9 @@ from engine.body import module as t
 from engine.fabrication import tolerances
 from engine.fabrication.cables import CableDesign, design_cables
 from engine.fabrication.contraction import contraction
+from engine.fabrication.floating_module import floating_module
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.module_state import floating_module
 from engine.fabrication.net import EYELET_HOLE
 from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
 from engine.fabrication.shapes import notch_angles

@@ -5,9 +5,9 @@ from __future__ import annotations
 from reportlab.platypus import CondPageBreak, Flowable
 
 from engine.fabrication.bill_of_materials import Part, parts
+from engine.fabrication.buildability import problems
 from engine.fabrication.mass_balance import MassBalance, mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.problems import problems
 from engine.fabrication.servo_parts import LINE_HOLE
 from viz.build_sheet import blocks, shopping, style
 from viz.build_sheet.facts import Facts

@@ -5,8 +5,8 @@ from __future__ import annotations
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication.cable_list import Cable, cables
 from engine.fabrication.cables import CableDesign, design_cables, section_source
+from engine.fabrication.cut_lists import Cable, cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.pull_test import coupon
 from engine.fabrication.rods import rods, stock_plan

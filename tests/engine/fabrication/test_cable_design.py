@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.cable_list import cables
 from engine.fabrication.cables import EYELET_WALL, cable_problems, design_cables
+from engine.fabrication.cut_lists import cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import MAX_TAIL, MIN_TAIL, PRESETS, load_materials
 from engine.fabrication.rods import rods, stock_plan

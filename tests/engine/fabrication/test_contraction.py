@@ -6,7 +6,7 @@ import pytest
 from engine.body import module as t
 from engine.fabrication import tolerances
 from engine.fabrication.contraction import contraction
-from engine.fabrication.module_state import CONTRACTED, RELEASED, floating_module
+from engine.fabrication.floating_module import CONTRACTED, RELEASED, floating_module
 
 
 @pytest.mark.parametrize("level", [1, 4, 10])

@@ -7,7 +7,7 @@ from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.fabrication.pull_test import coupon, pull_test_table
-from engine.fabrication.quantity import Source, least_certain
+from engine.fabrication.sources import Source, least_certain
 
 TPU = preset_text("tpu-85a")
 

@@ -15,13 +15,13 @@ from engine.fabrication import servo_parts as sp
 from engine.fabrication import shapes, solids
 from engine.fabrication.assembly import robot_glb, servo_clearance
 from engine.fabrication.bill_of_materials import parts, simulated_mass
+from engine.fabrication.buildability import problems
 from engine.fabrication.cables import EYELET_WALL, design_cables
-from engine.fabrication.files import fabrication_files
+from engine.fabrication.floating_module import floating_module
+from engine.fabrication.folder import fabrication_files
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
-from engine.fabrication.module_state import floating_module
-from engine.fabrication.problems import problems
 
 BODY = Morphology((3, 9), (1, 2))
 MATERIALS = load_materials()

@@ -6,8 +6,8 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.assembly import robot_glb
 from engine.fabrication.bill_of_materials import bill_of_materials
-from engine.fabrication.cable_list import cables
 from engine.fabrication.cables import design_cables
+from engine.fabrication.cut_lists import cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import Materials
 from engine.fabrication.mesh_files import stl_bytes, threemf_bytes

@@ -7,8 +7,8 @@ import dataclasses
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
+from engine.fabrication.floating_module import CONTRACTED, floating_module
 from engine.fabrication.materials import Materials
-from engine.fabrication.module_state import CONTRACTED, floating_module
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
