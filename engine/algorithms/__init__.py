@@ -1,1 +1,0 @@
-"""Search algorithms behind one ask/tell interface."""

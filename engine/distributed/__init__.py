@@ -1,1 +1,0 @@
-"""Evaluations computed by other processes, on this machine or on many."""
