@@ -18,11 +18,13 @@ from app.widgets import in_a_row, put, put_html
 from engine.search.archive import Cell
 from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
-from viz import keyboard, theme, trend
-from viz.heatmap import Ring
-from viz.pictures import Picture
-from viz.pointer import ENLARGE, INSTALL
-from viz.run_list import RunFacts, state_markup
+from viz import theme
+from viz.maps import keyboard
+from viz.maps.heatmap import Ring
+from viz.maps.interaction import ENLARGE, INSTALL
+from viz.maps.map_pictures import Picture
+from viz.runs import trend
+from viz.runs.run_list import RunFacts, state_markup
 
 WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"

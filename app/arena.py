@@ -12,7 +12,7 @@ from app.marks import Marks
 from app.robot_drawing import RobotDrawing
 from app.scene_camera import SceneCamera
 from engine.replay.replay import Playable
-from viz.robot_geometry import Drawing
+from viz.robot.geometry import Drawing
 
 EYE = np.array([-0.55, -0.9, 0.95])
 """Direction from what is shown to the camera."""

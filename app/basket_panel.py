@@ -12,7 +12,7 @@ from app.basket import Item
 from app.clicks import ClickChannel
 from app.export_choice import ExportChooser
 from app.widgets import put_html
-from viz import basket_list
+from viz.runs import basket_list
 
 RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
 """Label of each button: kind of recording."""

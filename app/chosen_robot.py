@@ -31,7 +31,7 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
 from engine.tasks import get_task
-from viz.robot_differences import Entry
+from viz.robot.robot_differences import Entry
 
 
 class ChosenRobot:

@@ -16,9 +16,9 @@ from app.run_picker import label_paths
 from app.widgets import put_html
 from engine.analysis.comparison import Comparison, compare_runs
 from engine.errors import InvalidData
-from viz.report import render_page, report_sections
-from viz.report_style import DARK
-from viz.run_list import RunFacts, render_choices
+from viz.report.report import render_page, report_sections
+from viz.report.style import DARK
+from viz.runs.run_list import RunFacts, render_choices
 
 Facts = Callable[[Path], RunFacts]
 

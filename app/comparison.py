@@ -14,8 +14,8 @@ from engine.analysis.comparison import Comparison, TaskComparison, compare_runs
 from engine.analysis.comparison_tables import csv_files
 from engine.analysis.statistics import describe, too_few_runs
 from engine.errors import ExportError
-from viz.report import render_page, report_sections, task_title
-from viz.report_images import write_images
+from viz.report.images import write_images
+from viz.report.report import render_page, report_sections, task_title
 
 _MEASURES: Final = {
     "best": ("best f_s, cm", 2),

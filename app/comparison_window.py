@@ -15,8 +15,8 @@ import viser
 
 from app.clicks import ClickChannel
 from app.viser_private import ModalHandle
-from viz.report import ReportFigure, ReportSection, style
-from viz.report_style import WIDTH
+from viz.report.report import ReportFigure, ReportSection, style
+from viz.report.style import WIDTH
 
 _PADDING: Final = 24
 _BAR: Final = "ta-comparison"

@@ -14,7 +14,7 @@ from app.scene_camera import SceneCamera
 from engine.replay.dump import Dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Playable
-from viz import robot_card
+from viz.robot import robot_card
 
 SLIDER_STEP = 0.01
 """Seconds: a simulation explodes within few control updates."""

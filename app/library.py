@@ -12,7 +12,7 @@ from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.storage.reader import RunReader
 from engine.storage.writer import SUFFIX
-from viz.run_list import RunFacts, State
+from viz.runs.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)
 

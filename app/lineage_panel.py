@@ -9,7 +9,7 @@ import viser
 from app.clicks import ClickChannel
 from app.widgets import put_html
 from engine.storage.lineage import Ancestor
-from viz import lineage_list
+from viz.robot import lineage_list
 
 
 class LineagePanel:

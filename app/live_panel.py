@@ -14,8 +14,8 @@ from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
-from viz import network_diagram, servo_plot
-from viz.network_diagram import NetworkDiagram
+from viz.robot import network_diagram, servo_plot
+from viz.robot.network_diagram import NetworkDiagram
 
 INTERVAL = 0.12
 """Seconds between two updates while playing."""

@@ -12,14 +12,14 @@ from engine.errors import InvalidData
 from engine.search.archive import Cell
 from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
-from viz import axes as axis_text
 from viz import theme
-from viz.coloring import FITNESS, USUAL, Coloring, colorings
-from viz.heatmap import Ring
-from viz.maps import Content, load_contents
-from viz.pictures import Picture, pictures
-from viz.scale import Palette
-from viz.views import layouts
+from viz.maps import axis_labels as axis_text
+from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings
+from viz.maps.contents import Content, load_contents
+from viz.maps.heatmap import Ring
+from viz.maps.layouts import layouts
+from viz.maps.map_pictures import Picture, pictures
+from viz.maps.scale import Palette
 
 Make = Callable[[RunReader, int], Coloring]
 

@@ -13,7 +13,7 @@ import viser
 from app.viser_private import put_arrays
 from engine.replay.replay import Playable
 from viz import theme
-from viz.strokes import NumberStrokes
+from viz.robot.stroke_font import NumberStrokes
 
 TRAIL_STEP = 5
 """Frames between two points of the trail."""

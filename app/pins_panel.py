@@ -16,8 +16,8 @@ from engine.errors import InvalidData
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.tasks import get_task
-from viz import robot_differences as differences
-from viz.robot_differences import Entry
+from viz.robot import robot_differences as differences
+from viz.robot.robot_differences import Entry
 
 NOTHING = (
     '<div style="font-size:12.5px;line-height:1.45;opacity:.7;padding:2px 10px 6px">Pin up to four robots, of'

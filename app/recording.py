@@ -14,10 +14,10 @@ from engine.errors import ExportError, InvalidData
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim, TrialChoice
 from engine.storage.reader import RunReader
-from viz.painting import Look
-from viz.render import Renderer
-from viz.standalone_replay import standalone_replay
-from viz.video import video
+from viz.recording.primitives import Look
+from viz.recording.render import Renderer
+from viz.recording.standalone_replay import standalone_replay
+from viz.recording.video import video
 
 KINDS: Final = ("html", "png", "mp4")
 SPEEDS: Final = (0.1, 20.0)

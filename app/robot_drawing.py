@@ -16,8 +16,8 @@ from engine.body.module import ROD_LENGTH
 from engine.replay.replay import Playable
 from engine.tasks.walls import Wall
 from viz import theme
-from viz.drawn_replay import DrawnReplay
-from viz.robot_geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
+from viz.robot.drawn_replay import DrawnReplay
+from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
 
 TARGET_RADIUS = 0.02
 TARGET_HEIGHT = 0.06

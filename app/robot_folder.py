@@ -26,7 +26,7 @@ from engine.storage.rows import cell_name
 from viz.build_sheet.facts import Facts, Place, gather
 from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
-from viz.standalone_replay import standalone_replay
+from viz.recording.standalone_replay import standalone_replay
 
 STEPS: Final = 4
 MANIFEST_FORMAT: Final = "tensatlas-manifest"

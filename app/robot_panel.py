@@ -16,7 +16,7 @@ from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.storage.lineage import Ancestor
 from engine.tasks import get_task
-from viz import robot_card
+from viz.robot import robot_card
 
 WIDTH = 330
 WELCOME = (

@@ -21,7 +21,7 @@ from engine.errors import InvalidData
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.runs.evolve import failures_folder
 from engine.storage.generations import Generation
-from viz import run_progress
+from viz.runs import run_progress
 
 RECENT: Final = 5
 """Generations, or looks at the run, that its speed is taken from."""

@@ -10,8 +10,8 @@ import viser
 from app.clicks import ClickChannel
 from app.viser_private import uuid_of
 from app.widgets import put_html
-from viz import run_list
-from viz.run_list import RunFacts
+from viz.runs import run_list
+from viz.runs.run_list import RunFacts
 
 
 class RunPicker:

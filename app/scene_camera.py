@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from engine.body.turns import rotation_rows
-from viz.framing import Window, eye_showing
+from viz.robot.framing import Window, eye_showing
 
 PATIENCE = 5.0
 """Seconds to wait for a browser to say that its camera is where it was placed."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from app.library import Library
 from engine.errors import TensAtlasError
 from engine.storage.reader import RunReader
-from viz.maps import load_contents
-from viz.scale import color_limits
+from viz.maps.contents import load_contents
+from viz.maps.scale import color_limits
 
 
 class SharedScale:

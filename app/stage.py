@@ -17,8 +17,8 @@ from app.what_if_panel import Events, WhatIfPanel
 from engine.replay.replay import Playable
 from engine.replay.trial import TrialChoice
 from engine.replay.what_if import WhatIfReplay
-from viz.robot_differences import Entry
-from viz.what_if import describe
+from viz.robot.robot_differences import Entry
+from viz.robot.what_if_table import describe
 
 LABEL_STEP = 5
 """Frames between two places of the label of a variant."""

@@ -16,8 +16,8 @@ from app.transport_layout import MIN_WIDTH, WIDTH, layout
 from app.widgets import put
 from engine.replay.replay import MAX_FRESH
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
-from viz import tension_legend
-from viz.robot_geometry import full_tension
+from viz.robot import tension_legend
+from viz.robot.geometry import full_tension
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 MARGIN = 20

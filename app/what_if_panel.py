@@ -17,8 +17,8 @@ from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.replay.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
 from engine.tasks import get_task
-from viz import what_if as view
-from viz.robot_differences import Entry
+from viz.robot import what_if_table as view
+from viz.robot.robot_differences import Entry
 
 ALL = "all modules"
 CALM = 0.35

@@ -15,8 +15,8 @@ from PIL import Image
 
 from app.cli import main
 from engine.errors import ExportError
-from viz.report import ReportFigure
-from viz.report_images import write_images
+from viz.report.images import write_images
+from viz.report.report import ReportFigure
 
 Command = Callable[..., tuple[int, str, str]]
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from app.compare_panel import RunChoice, equal_cost
-from viz.run_list import RunFacts
+from viz.runs.run_list import RunFacts
 
 A, B, C, D = (Path(f"{name}.tsmr") for name in "abcd")
 FACTS = {

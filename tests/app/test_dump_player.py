@@ -19,7 +19,7 @@ from app.replay_line import describe
 from engine.replay.dump import Dump, read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.simulation.model import Physics
-from viz import robot_card
+from viz.robot import robot_card
 
 
 @pytest.fixture(scope="module")

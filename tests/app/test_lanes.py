@@ -19,7 +19,7 @@ from app.player import Player
 from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
-from viz.robot_differences import Entry, render, render_distances, render_pins, rows
+from viz.robot.robot_differences import Entry, render, render_distances, render_pins, rows
 
 finite = st.floats(-2.0, 2.0)
 

@@ -19,9 +19,9 @@ from engine.analysis.robustness import Robustness, robust_path, save_robust
 from engine.errors import InvalidData
 from engine.search.algorithm import Axis
 from engine.storage.reader import RunReader
-from viz.heatmap import Ring
-from viz.pictures import Picture
-from viz.views import ONLY, layouts
+from viz.maps.heatmap import Ring
+from viz.maps.layouts import ONLY, layouts
+from viz.maps.map_pictures import Picture
 
 ALL = (-20.0, 20.0)
 """A scale for all runs, in cm."""

@@ -15,7 +15,7 @@ from engine.errors import ExportError
 from engine.fabrication.materials import load_materials, preset_text
 from engine.storage.reader import RunReader
 from viz.build_sheet.facts import Place, run_date
-from viz.build_sheet.title import qr_text
+from viz.build_sheet.sections.title import qr_text
 
 
 @pytest.fixture(scope="module")

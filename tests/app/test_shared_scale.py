@@ -8,8 +8,8 @@ import pytest
 from app.library import Library
 from app.shared_scale import SharedScale
 from engine.storage.reader import RunReader
-from viz.maps import load_contents
-from viz.scale import color_limits
+from viz.maps.contents import load_contents
+from viz.maps.scale import color_limits
 
 
 def test_a_scale_for_all_runs_of_a_task_holds_the_values_of_all(

@@ -21,7 +21,7 @@ from app.robot_folder import STEPS
 from engine.errors import ExportError, InvalidData
 from engine.storage.reader import RunReader
 from engine.zip_file import zip_bytes
-from viz import basket_list
+from viz.runs import basket_list
 
 
 def item(number, path="runs/a.tsmr"):

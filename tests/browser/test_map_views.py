@@ -13,7 +13,7 @@ from widgets import choose
 from app.explore import serve
 from engine.search.projection import project
 from engine.storage.reader import RunReader
-from viz.nested import Geometry
+from viz.maps.nested import Geometry
 
 pytestmark = pytest.mark.browser
 

@@ -15,8 +15,8 @@ from app.explore import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
-from viz.network_diagram import NetworkDiagram
-from viz.servo_plot import page_of, position
+from viz.robot.network_diagram import NetworkDiagram
+from viz.robot.servo_plot import page_of, position
 
 pytestmark = pytest.mark.browser
 

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Request
 
 from engine.analysis.comparison import compare_runs
-from viz.report import render_page, report_sections
+from viz.report.report import render_page, report_sections
 
 pytestmark = pytest.mark.browser
 

@@ -11,8 +11,8 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.storage.reader import RunReader
 from engine.tasks import bearing_name
-from viz import robot_card
-from viz.network_diagram import NetworkDiagram
+from viz.robot import robot_card
+from viz.robot.network_diagram import NetworkDiagram
 
 
 def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from engine.replay.recording import frame_at
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
-from viz.drawn_replay import AT_ONCE, DrawnReplay
-from viz.robot_geometry import RobotGeometry
+from viz.robot.drawn_replay import AT_ONCE, DrawnReplay
+from viz.robot.geometry import RobotGeometry
 
 
 def begun(run: Path, until: float) -> Replay:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from viz.framing import NEAREST, Window, eye_showing
+from viz.robot.framing import NEAREST, Window, eye_showing
 
 BOX = np.array(list(itertools.product((-1.0, 1.0), (-1.0, 1.0), (0.0, 1.0))))
 

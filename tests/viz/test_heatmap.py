@@ -5,8 +5,8 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.search.algorithm import Axis
-from viz.heatmap import LEFT, Heatmap, Ring, Tile, render
-from viz.scale import NO_VALUE, Scale
+from viz.maps.heatmap import LEFT, Heatmap, Ring, Tile, render
+from viz.maps.scale import NO_VALUE, Scale
 
 AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
 

@@ -16,10 +16,10 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.storage.lineage import Ancestor
-from viz import lineage_list, servo_plot, tension_legend
-from viz.network_diagram import NetworkDiagram, sensed_line
-from viz.robot_geometry import full_tension
-from viz.strokes import NumberStrokes
+from viz.robot import lineage_list, servo_plot, tension_legend
+from viz.robot.geometry import full_tension
+from viz.robot.network_diagram import NetworkDiagram, sensed_line
+from viz.robot.stroke_font import NumberStrokes
 
 
 @given(st.lists(st.integers(0, 999), min_size=1, max_size=12), st.integers(0, 2**32))

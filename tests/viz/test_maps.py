@@ -11,11 +11,11 @@ from engine.errors import InvalidData, RunFileError
 from engine.search.algorithm import Axis
 from engine.search.axes import body_cell
 from engine.storage.reader import RunReader
-from viz import axes
-from viz.coloring import AGE, FITNESS, by_number, by_visits
-from viz.maps import Content, Elite, load_contents
-from viz.pictures import outer_cell, pictures
-from viz.views import BY_BODY, NESTED, ONLY, PROJECTED, layouts
+from viz.maps import axis_labels
+from viz.maps.coloring import AGE, FITNESS, by_number, by_visits
+from viz.maps.contents import Content, Elite, load_contents
+from viz.maps.layouts import BY_BODY, NESTED, ONLY, PROJECTED, layouts
+from viz.maps.map_pictures import outer_cell, pictures
 
 BODY = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
 PCA = (Axis("PCA 1", -4.5, 4.5, 9), Axis("PCA 2", -5.0, 5.0, 10))
@@ -169,27 +169,27 @@ def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None
 @given(st.integers(2, 10), st.integers(1, 10))
 def test_a_body_lies_in_the_cell_that_is_labelled_with_it(n_modules: int, level: int) -> None:
     cell = body_cell(BODY, Morphology(level, (1,) * n_modules))
-    assert (cell[0] + 0.5, str(n_modules)) in axes.ticks(BODY[0])
-    assert (cell[1] + 0.5, f"{level / 10:.1f}") in axes.ticks(BODY[1])
-    stiffness = axes.newtons_per_metre(BODY[1])
+    assert (cell[0] + 0.5, str(n_modules)) in axis_labels.ticks(BODY[0])
+    assert (cell[1] + 0.5, f"{level / 10:.1f}") in axis_labels.ticks(BODY[1])
+    stiffness = axis_labels.newtons_per_metre(BODY[1])
     assert stiffness is not None
     assert stiffness[cell[1]] == (cell[1] + 0.5, f"{11.52 * level:.0f}")
 
 
 @given(st.floats(-500, 500), st.floats(0.1, 1000), st.integers(1, 200))
 def test_an_axis_of_the_trajectory_says_its_bounds_in_a_few_labels(low: float, span: float, n: int) -> None:
-    ticks = axes.ticks(Axis("PCA 1", low, low + span, n))
+    ticks = axis_labels.ticks(Axis("PCA 1", low, low + span, n))
     assert (ticks[0][0], ticks[-1][0]) == (0, n)
-    assert 2 <= len(ticks) <= axes.MAX_BOUNDS
+    assert 2 <= len(ticks) <= axis_labels.MAX_BOUNDS
     for text, bound in ((ticks[0][1], low), (ticks[-1][1], low + span)):
         assert float(text) == pytest.approx(bound, abs=0.5 if span >= 30 else 0.0501)
         assert text not in ("-0", "-0.0")
 
 
 def test_cells_are_named_by_what_they_stand_for() -> None:
-    assert axes.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0 (115 N/m)"
-    assert axes.describe(PCA, (4, 0)) == "PCA 1 -0.5 to 0.5, PCA 2 -5.0 to -4.0"
-    assert axes.is_body(PER_MODULE)
-    assert not axes.is_body(GRID.axes)
+    assert axis_labels.describe(BODY, (0, 9)) == "2 modules, relative stiffness 1.0 (115 N/m)"
+    assert axis_labels.describe(PCA, (4, 0)) == "PCA 1 -0.5 to 0.5, PCA 2 -5.0 to -4.0"
+    assert axis_labels.is_body(PER_MODULE)
+    assert not axis_labels.is_body(GRID.axes)
     with pytest.raises(InvalidData, match="outside"):
         body_cell((Axis("modules", 1.5, 3.5, 2),), Morphology(1, (1,) * 9))

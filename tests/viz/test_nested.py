@@ -8,9 +8,9 @@ import pytest
 
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from viz.heatmap import Ring, Tile
-from viz.nested import MARK, Geometry, NestedMap, render, ring_style
-from viz.scale import Scale
+from viz.maps.heatmap import Ring, Tile
+from viz.maps.nested import MARK, Geometry, NestedMap, render, ring_style
+from viz.maps.scale import Scale
 
 GRID = (
     Axis("modules", 1.5, 10.5, 9),

@@ -11,10 +11,11 @@ from engine.errors import ExportError
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from engine.tasks.walls import Wall
-from viz import theme, video
-from viz.camera import Camera
-from viz.painting import Look
-from viz.render import Renderer
+from viz import theme
+from viz.recording import video
+from viz.recording.camera import Camera
+from viz.recording.primitives import Look
+from viz.recording.render import Renderer
 
 SIZE = (480, 270)
 

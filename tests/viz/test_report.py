@@ -10,12 +10,12 @@ import pytest
 
 from engine.analysis.comparison import Comparison, TaskComparison, _groups, compare_runs
 from engine.analysis.run_result import RunResult
-from viz.report import render_page, report_sections, style
-from viz.report_maps import maps_figure, task_scale
-from viz.report_nested import nested_figure
-from viz.report_style import DARK, LIGHT, colors
-from viz.report_tables import number, p_value, rank_sum_table, runs_table, statistics_table
-from viz.report_trends import ends_figure, trend_figure
+from viz.report.maps import maps_figure, task_scale
+from viz.report.nested import nested_figure
+from viz.report.report import render_page, report_sections, style
+from viz.report.style import DARK, LIGHT, colors
+from viz.report.tables import number, p_value, rank_sum_table, runs_table, statistics_table
+from viz.report.trends import ends_figure, trend_figure
 
 
 @pytest.fixture(scope="module")

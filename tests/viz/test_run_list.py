@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 
-from viz.run_list import RunFacts, render_choices, render_chosen, render_list
+from viz.runs.run_list import RunFacts, render_choices, render_chosen, render_list
 
 
 class Buttons(HTMLParser):

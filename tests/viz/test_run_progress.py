@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from viz.run_progress import duration, render, render_failures, render_trouble
+from viz.runs.run_progress import duration, render, render_failures, render_trouble
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viz.scale import STEPS, Palette, Scale, bar, color_limits, count_scale, fitness_scale
+from viz.maps.scale import STEPS, Palette, Scale, bar, color_limits, count_scale, fitness_scale
 
 
 @given(st.lists(st.floats(-100, 100), min_size=1))

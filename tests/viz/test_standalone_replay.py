@@ -13,8 +13,8 @@ from engine.errors import ExportError
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.robot_geometry import RobotGeometry
-from viz.standalone_replay import STEP, TENSION_LEVELS, pack, standalone_replay
+from viz.recording.standalone_replay import STEP, TENSION_LEVELS, pack, standalone_replay
+from viz.robot.geometry import RobotGeometry
 
 
 def unpack(packed, shape):

@@ -4,7 +4,7 @@ import json
 from xml.etree import ElementTree
 
 from engine.storage.generations import ArchiveFigures, Generation
-from viz import trend
+from viz.runs import trend
 
 
 def figures(best: float | None, qd_score: float) -> ArchiveFigures:

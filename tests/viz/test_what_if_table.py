@@ -8,7 +8,7 @@ import pytest
 from engine.replay.what_if import with_face, with_modules
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.what_if import compare, render_genes, render_table, scores_at
+from viz.robot.what_if_table import compare, render_genes, render_table, scores_at
 
 
 def test_the_originals_way_is_compared_second_by_second(small_reader: RunReader) -> None:

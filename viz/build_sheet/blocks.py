@@ -8,7 +8,7 @@ from typing import Any, Literal
 from reportlab.platypus import Flowable, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
 from viz.build_sheet import style
-from viz.build_sheet.picture import Box
+from viz.build_sheet.pen import Box
 
 PADDING = 3.5
 

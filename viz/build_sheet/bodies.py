@@ -15,7 +15,7 @@ from engine.body.morphology import Morphology
 from engine.simulation.model import module_placements
 from viz.build_sheet import style
 from viz.build_sheet.scene import Ball, Tube
-from viz.robot_geometry import RobotGeometry
+from viz.robot.geometry import RobotGeometry
 
 CABLE_RADIUS: Final = 0.0005
 """Cables have no thickness in the model; they are drawn this thick, in m."""

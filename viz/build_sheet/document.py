@@ -13,7 +13,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from viz.build_sheet import style
-from viz.build_sheet.picture import Box, Picture
+from viz.build_sheet.pen import Box, Picture
 from viz.build_sheet.style import Paper
 
 

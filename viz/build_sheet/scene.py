@@ -12,7 +12,7 @@ import numpy as np
 from reportlab.lib.colors import Color, HexColor, white
 
 from viz.build_sheet import style
-from viz.build_sheet.picture import Pen
+from viz.build_sheet.pen import Pen
 
 PIECE: Final = 0.011
 """Tubes are sorted by depth in pieces of at most this length, in m."""

@@ -6,7 +6,10 @@ from reportlab.platypus import Flowable, PageBreak
 
 from engine.fabrication.firmware import pin_map
 from engine.fabrication.materials import Materials
-from viz.build_sheet import (
+from viz.build_sheet import style
+from viz.build_sheet.document import Layout, typeset
+from viz.build_sheet.facts import Facts
+from viz.build_sheet.sections import (
     assembly,
     checks,
     drawings,
@@ -16,12 +19,9 @@ from viz.build_sheet import (
     parts,
     performance,
     sources,
-    style,
     title,
     wiring,
 )
-from viz.build_sheet.document import Layout, typeset
-from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import PaperName
 
 

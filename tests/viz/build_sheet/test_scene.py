@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.body import module as t
-from viz.build_sheet.assembly import MODULE, neighbours
 from viz.build_sheet.bodies import Body, joined_nodes
 from viz.build_sheet.scene import Camera, View, clearest
+from viz.build_sheet.sections.assembly import MODULE, neighbours
 from viz.build_sheet.style import signed
 
 angles = st.floats(-180, 180)

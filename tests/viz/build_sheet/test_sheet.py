@@ -26,9 +26,10 @@ from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.rods import rods
 from engine.tasks import get_task, worlds
-from viz.build_sheet import performance, style
+from viz.build_sheet import style
 from viz.build_sheet.document import typeset
-from viz.build_sheet.picture import Pen
+from viz.build_sheet.pen import Pen
+from viz.build_sheet.sections import performance
 from viz.build_sheet.sheet import build_sheet
 
 PAPERS = {2: "a4", 10: "letter"}

@@ -1,0 +1,116 @@
+"""What a map's colours stand for: the fitness, the age of an elite, how often its cell was tried.
+
+Another quantity needs no more than a function from axes and elites to ``values``: see ``by_number`` for
+one that is known by evaluation.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Final
+
+from engine.analysis.robustness import load_robust_of, robust_path
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from engine.search.axes import body_cell
+from engine.storage.reader import RunReader
+from engine.tasks import get_task
+from viz.maps import axis_labels as axis_text
+from viz.maps.contents import Elite
+from viz.maps.scale import Scale, count_scale, fitness_scale
+
+Values = Mapping[Cell, float]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Coloring:
+    """A quantity that a map is coloured by.
+
+    Attributes:
+        values: from the axes of a map and the elites that it shows to the quantity, by cell. Cells
+            without a value are grey; with none at all the map keeps the colours of the fitness.
+        scale: from all values shown to the scale.
+        hint: line that a value adds to hover cards, or None if they have it anyway.
+        lengths: whether the values are fitnesses in cm, which can share a scale.
+    """
+
+    values: Callable[[Sequence[Axis], Mapping[Cell, Elite]], Values]
+    scale: Callable[[Collection[float]], Scale]
+    hint: Callable[[float], str] | None = None
+    lengths: bool = False
+
+
+FITNESS: Final = Coloring(
+    lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale, lengths=True
+)
+AGE: Final = Coloring(
+    lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
+    lambda values: Scale("gen.", 0.0, max([1.0, *values]), whole=True),
+)
+
+
+def by_number(values: Mapping[int, float], title: str) -> Coloring:
+    """Return a colouring by a fitness in cm, by number of the evaluation, as far as it is known."""
+    return Coloring(
+        lambda _, elites: {c: values[e.number] for c, e in elites.items() if e.number in values},
+        lambda shown: fitness_scale(shown, title),
+        lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
+        lengths=True,
+    )
+
+
+def by_visits(reader: RunReader, generation: int) -> Coloring:
+    """Return a colouring by how many evaluations fell into a cell up to a generation.
+
+    It is known where the body decides the cell: elsewhere the cells of earlier evaluations are not kept.
+
+    Raises:
+        RunFileError: the file cannot be read.
+    """
+    bodies = reader.bodies(generation)
+
+    def values(axes: Sequence[Axis], elites: Mapping[Cell, Elite]) -> Values:
+        if not axis_text.is_body(axes):
+            return {}
+        counts = dict.fromkeys(elites, 0.0)
+        for body, n in bodies.items():
+            with reader.guard():
+                cell = body_cell(axes, body)
+            if cell in counts:
+                counts[cell] += n
+        return counts
+
+    return Coloring(
+        values,
+        lambda shown: count_scale(shown, "visits"),
+        lambda n: f"{n:.0f} evaluation{'' if n == 1 else 's'} here",
+    )
+
+
+def by_robust_fitness(reader: RunReader) -> Coloring:
+    """Return a colouring by the elites' mean f_s under noise that they were not selected with.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    robust = load_robust_of(reader)
+    found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
+    return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
+
+
+USUAL: Final = "fitness f_s"
+COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
+    USUAL: lambda *_: FITNESS,
+    "age": lambda *_: AGE,
+    "visits": by_visits,
+}
+"""The colourings on offer by what people call them, made from a run and the generation that is shown."""
+
+
+def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
+    """Return the colourings that a run has what it takes for: after ``reevaluate``, one by robust fitness."""
+    offered = dict(COLORINGS)
+    if robust_path(reader.path).exists():
+        offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+    return offered

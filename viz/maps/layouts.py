@@ -1,0 +1,104 @@
+"""Which maps an archive is shown as. An archive of more than two axes has several ways to be seen."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Final, Literal
+
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from engine.search.projection import project, section
+from viz.maps import axis_labels as axis_text
+from viz.maps.contents import Content
+
+PROJECTED: Final = "projected"
+BY_BODY: Final = "body by body"
+NESTED: Final = "nested"
+ONLY: Final = "plain"
+
+Kind = Literal["whole", "projection", "section", "nested"]
+Layout = tuple["View", ...]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class View:
+    """One map of an archive.
+
+    Attributes:
+        name: what clicks on the map report; of small letters, digits and dashes.
+        archive: the archive's name.
+        kind: the archive itself; the best along all axes but two; the last two axes within one cell of
+            the others; or all axes, maps within a map.
+        axes: the archive's axes that it has.
+    """
+
+    name: str
+    archive: str
+    kind: Kind
+    axes: tuple[int, ...]
+
+    def title(self, axes: tuple[Axis, ...], outer: Cell | None) -> str:
+        """Return a heading.
+
+        Args:
+            axes: of the archive.
+            outer: the cell of the first axes that a section lies within.
+        """
+        if self.kind == "section" and outer is not None:
+            return f"Within {axis_text.describe(axes[: len(outer)], outer)}"
+        archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
+        if self.kind == "projection":
+            family = axis_text.family([axes[a] for a in self.axes])
+            return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
+        return archive
+
+    def cells(self, content: Content, outer: Cell | None) -> dict[Cell, Cell]:
+        """Return the archive's cells that the map shows, by its own cells."""
+        if self.kind == "projection":
+            return project(content.elites, self.axes, lambda e: (-e.f_s, e.number))
+        if self.kind == "section":
+            return section(content.elites, dict(enumerate(outer))) if outer is not None else {}
+        return {cell: cell for cell in content.elites}
+
+    def cell_of(self, cell: Cell, outer: Cell | None) -> Cell | None:
+        """Return where the map has a cell of the archive, None if nowhere."""
+        if self.kind == "section" and cell[:-2] != outer:
+            return None
+        return tuple(cell[a] for a in self.axes)
+
+
+def layouts(archives: Mapping[str, tuple[Axis, ...]]) -> dict[str, Layout]:
+    """Return the ways to see a run's archives, each a few maps; the first one is the usual one.
+
+    Args:
+        archives: their axes by name.
+    """
+    n_axes = {len(axes) for axes in archives.values()}
+    offered = [PROJECTED, BY_BODY, NESTED] if 4 in n_axes else [PROJECTED, NESTED] if 3 in n_axes else [ONLY]
+    slugs: dict[str, str] = {}
+    for archive in archives:
+        slug = re.sub(r"[^a-z0-9]+", "-", archive.lower())[:20].strip("-") or "archive"
+        slugs[archive] = slug if slug not in slugs.values() else f"{slug}-{len(slugs)}"
+    found = {
+        layout: tuple(v for name, a in archives.items() for v in _views(name, slugs[name], len(a), layout))
+        for layout in offered
+    }
+    return {layout: views for layout, views in found.items() if views}
+
+
+def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[View]:
+    if n_axes == 2:
+        return [View(slug, archive, "whole", (0, 1))]
+    if n_axes not in (3, 4):
+        return []
+    pairs = ((0, 1), (0, 2)) if n_axes == 3 else ((0, 1), (2, 3))
+    projections = [View(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
+    nested = View(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
+    if layout == PROJECTED:
+        return projections
+    if n_axes == 3:
+        return [nested]
+    inner = View(f"{slug}-section", archive, "section", (2, 3))
+    return [nested if layout == NESTED else projections[0], inner]

@@ -1,0 +1,199 @@
+"""The maps of a run as pictures: contents, views and colours put together."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+from engine.search.algorithm import Axis
+from engine.search.archive import Cell
+from viz.maps import heatmap, nested
+from viz.maps.coloring import FITNESS, Coloring
+from viz.maps.contents import Content, Elite
+from viz.maps.heatmap import Heatmap, Ring, Tile
+from viz.maps.layouts import View
+from viz.maps.nested import NestedMap
+from viz.maps.scale import Palette, Scale
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Picture:
+    """A map to be drawn.
+
+    Attributes:
+        view: what it is a picture of.
+        axes: of its cells.
+        outer: the cell of the archive that a section lies within.
+        elites: what its cells show.
+        sources: by its cell the cell of the archive.
+        title, figures: for the line above it.
+        values, scale: its colours.
+        fresh: cells that have just been won.
+    """
+
+    view: View
+    axes: tuple[Axis, ...]
+    outer: Cell | None
+    elites: Mapping[Cell, Elite]
+    sources: Mapping[Cell, Cell]
+    title: str
+    figures: str
+    tiles: Mapping[Cell, Tile]
+    values: Mapping[Cell, float]
+    scale: Scale
+    fresh: frozenset[Cell] = frozenset()
+
+    def render(self, ring: Ring | None, on_pointer_down: str) -> str:
+        """Return it as SVG; a nested one is without the ring, see ``ring_style``."""
+        drawn = self._map(ring)
+        if isinstance(drawn, NestedMap):
+            return nested.render(drawn, on_pointer_down)
+        return heatmap.render(drawn, on_pointer_down)
+
+    def ring_style(self, ring: Ring | None) -> str:
+        """Return the style sheet that rings a cell of a nested map; empty for others."""
+        drawn = self._map(ring)
+        return nested.ring_style(drawn, ring) if isinstance(drawn, NestedMap) else ""
+
+    def ring(self, cell: Cell | None, *, linked: bool) -> Ring | None:
+        """Return the mark for a robot, if it lies on this map.
+
+        Args:
+            cell: of the archive that the robot is an elite of, None if of none.
+            linked: whether it was chosen in another archive.
+        """
+        here = None if cell is None else self.view.cell_of(cell, self.outer)
+        return None if here is None else Ring(here, linked=linked, covered=self.sources.get(here) != cell)
+
+    def _map(self, ring: Ring | None) -> Heatmap | NestedMap:
+        common = {"name": self.view.name, "tiles": self.tiles, "values": self.values, "scale": self.scale}
+        if self.view.kind == "nested":
+            return NestedMap(axes=self.axes, fresh=self.fresh, **common)  # type: ignore[arg-type]
+        x, y = self.axes
+        return Heatmap(axes=(x, y), ring=ring, fresh=self.fresh, **common)  # type: ignore[arg-type]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Shown:
+    """A view, what it is of and the elites that it shows."""
+
+    view: View
+    content: Content
+    outer: Cell | None
+    sources: Mapping[Cell, Cell]
+    elites: Mapping[Cell, Elite]
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return tuple(self.content.axes[a] for a in self.view.axes)
+
+    @classmethod
+    def of(cls, view: View, content: Content, chosen: int | None) -> _Shown:
+        outer = outer_cell(content, chosen) if view.kind == "section" else None
+        sources = view.cells(content, outer)
+        elites = {cell: content.elites[source] for cell, source in sources.items()}
+        return cls(view, content, outer, sources, elites)
+
+
+def pictures(
+    contents: Mapping[str, Content],
+    views: Sequence[View],
+    coloring: Coloring,
+    *,
+    chosen: int | None = None,
+    before: Sequence[Picture] = (),
+    palette: Palette = Palette(),  # noqa: B008  it cannot be changed
+    fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
+) -> list[Picture]:
+    """Return the pictures of some views, all of one scale.
+
+    Args:
+        contents: the archives by name.
+        views: what to draw.
+        coloring: what the colours stand for.
+        chosen: number of the chosen robot: a section lies within the cell that it holds, or else
+            within that of the best robot.
+        before: the pictures of an earlier generation: cells that have been won since are fresh.
+        palette: how to colour.
+        fitted_to: the archives, and their colouring, that an automatic scale fits; None for the shown
+            ones. With a run's last generation the colours of all others mean the same.
+    """
+    shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
+    values = [coloring.values(s.axes, s.elites) for s in shown]
+    reference, by = fitted_to or (contents, coloring)
+    scale = palette.apply(
+        coloring.scale(_values(reference, by, views, chosen)),
+        _values(contents, coloring, views, chosen),
+        lengths=coloring.lengths,
+    )
+    fallback = palette.apply(
+        FITNESS.scale(_values(reference, FITNESS, views, chosen)),
+        _values(contents, FITNESS, views, chosen),
+        lengths=True,
+    )
+    drawn = []
+    for s, known in zip(shown, values, strict=True):
+        picture = Picture(
+            view=s.view,
+            axes=s.axes,
+            outer=s.outer,
+            elites=s.elites,
+            sources=s.sources,
+            title=s.view.title(s.content.axes, s.outer),
+            figures=_figures(s.view, s.content, s.axes, s.elites),
+            tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in s.elites.items()},
+            values=known or FITNESS.values(s.axes, s.elites),
+            scale=scale if known or not s.elites else fallback,
+        )
+        drawn.append(_with_fresh(picture, before))
+    return drawn
+
+
+def outer_cell(content: Content, chosen: int | None) -> Cell | None:
+    """Return the cell of all axes but the last two that a section lies within; None if nobody is there."""
+    cell = None if chosen is None else content.cell_of(chosen)
+    if cell is None:
+        cell = min(content.elites, key=lambda c: (-content.elites[c].f_s, c), default=None)
+    return None if cell is None else cell[:-2]
+
+
+def _values(
+    contents: Mapping[str, Content], coloring: Coloring, views: Sequence[View], chosen: int | None
+) -> list[float]:
+    """Return all values of some archives, or if a colouring has none of whole archives, those of views."""
+    whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
+    if whole:
+        return whole
+    shown = [_Shown.of(view, contents[view.archive], chosen) for view in views if view.archive in contents]
+    return [v for s in shown for v in coloring.values(s.axes, s.elites).values()]
+
+
+def _hint(elite: Elite, coloring: Coloring, value: float | None) -> str:
+    if coloring.hint is None or value is None:
+        return elite.hint
+    return f"{elite.hint}\n{coloring.hint(value)}"
+
+
+def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mapping[Cell, Elite]) -> str:
+    coverage = len(elites) / math.prod(a.n for a in axes)
+    if view.kind in ("whole", "nested") and content.coverage is not None:
+        coverage = content.coverage
+    cells = f"{len(elites)} cell{'' if len(elites) == 1 else 's'}, {coverage:.0%}"
+    if view.kind == "section":
+        return cells
+    return f"{cells} · QD score {sum(e.f_s for e in elites.values()):.0f} cm"
+
+
+def _with_fresh(picture: Picture, before: Sequence[Picture]) -> Picture:
+    """Mark the cells that another robot held before; if the axes have moved, the robots not there before."""
+    old = next((p for p in before if p.view == picture.view), None)
+    if old is None or old.outer != picture.outer:
+        return picture
+    if old.axes == picture.axes:
+        numbers = {cell: e.number for cell, e in old.elites.items()}
+        fresh = frozenset(c for c, e in picture.elites.items() if numbers.get(c) != e.number)
+    else:
+        known = {e.number for e in old.elites.values()}
+        fresh = frozenset(c for c, e in picture.elites.items() if e.number not in known)
+    return dataclasses.replace(picture, fresh=fresh)

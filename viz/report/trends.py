@@ -1,0 +1,158 @@
+"""Figures of what runs reach: over their evaluations, and at their ends beside the paper's."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from engine.analysis import published
+from engine.analysis.comparison import Group, TaskComparison
+from viz.report.style import WIDTH, Look, colors, dress, translucent
+
+HEIGHT: Final = 400
+AXIS_TITLES: Final = {
+    "best": "best f<sub>s</sub> (cm)",
+    "qd_score": "QD score (cm)",
+    "coverage": "coverage (%)",
+}
+MOST_SINGLE_LINES: Final = 12
+"""Runs of one algorithm up to which each is also drawn on its own."""
+
+
+def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: Look) -> go.Figure:
+    """Return measures of the morphology map over evaluations, side by side: mean and spread.
+
+    Args:
+        task: whose runs.
+        measures: of ``AXIS_TITLES``, one for each panel.
+        look: the colours.
+    """
+    figure = make_subplots(cols=len(measures), rows=1, horizontal_spacing=0.09)
+    palette = colors([g.name for g in task.groups])
+    for column, measure in enumerate(measures, start=1):
+        for group in task.groups:
+            _add_group(figure, group, measure, palette[group.name], column)
+        figure.update_yaxes(title_text=AXIS_TITLES[measure], col=column)
+    figure.update_xaxes(title_text="evaluations", rangemode="tozero", showgrid=False, tickformat="~s")
+    return dress(
+        figure,
+        look,
+        width=WIDTH,
+        height=HEIGHT,
+        legend={"orientation": "h", "x": 0, "y": 1.03, "yanchor": "bottom", "font": {"size": 13}},
+        hovermode="x unified",
+    )
+
+
+def _add_group(figure: go.Figure, group: Group, measure: str, color: str, column: int) -> None:
+    trend = group.trend(measure)
+    place = {"row": 1, "col": column}
+    common = {"legendgroup": group.name, "hoverinfo": "skip", "showlegend": False}
+    n = len(group.runs)
+    if n > 1:
+        upper, lower = trend.mean + trend.std, trend.mean - trend.std
+        figure.add_scatter(
+            x=np.concatenate([trend.evaluations, trend.evaluations[::-1]]),
+            y=np.concatenate([upper, lower[::-1]]),
+            fill="toself",
+            fillcolor=translucent(color, 0.16),
+            line={"width": 0},
+            mode="lines",
+            **common,
+            **place,
+        )
+        if n <= MOST_SINGLE_LINES:
+            for run in group.runs:
+                points = [p for p in run.points if getattr(p, measure) is not None]
+                figure.add_scatter(
+                    x=[p.n_evaluations for p in points],
+                    y=[100.0 * getattr(p, measure) for p in points],
+                    mode="lines",
+                    line={"color": translucent(color, 0.35), "width": 1, "shape": "hv"},
+                    **common,
+                    **place,
+                )
+    ends = f"{n} runs, mean ± s.d." if n > 1 else "1 run"
+    figure.add_scatter(
+        x=trend.evaluations,
+        y=trend.mean,
+        customdata=trend.std,
+        mode="lines" if len(trend.evaluations) > 1 else "markers",
+        name=f"{group.name} ({ends})",
+        legendgroup=group.name,
+        showlegend=column == 1,
+        line={"color": color, "width": 2.6, "shape": "hv" if n == 1 else "linear"},
+        marker={"color": color, "size": 9},
+        hovertemplate="%{y:.1f}" + (" ± %{customdata:.1f}" if n > 1 else "") + f"<extra>{group.name}</extra>",
+        **place,
+    )
+
+
+def ends_figure(task: TaskComparison, look: Look) -> go.Figure:
+    """Return where each run ended, with the mean of each algorithm and the paper's mean ± s.d. beside it."""
+    measures = ("best", "qd_score")
+    figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.09)
+    palette = colors([g.name for g in task.groups])
+    names = [g.name for g in task.groups]
+    first_reference = True
+    for column, measure in enumerate(measures, start=1):
+        place = {"row": 1, "col": column}
+        for k, group in enumerate(task.groups):
+            values = group.values(measure)
+            spread = np.linspace(-0.1, 0.1, len(values)) if len(values) > 1 else np.zeros(1)
+            figure.add_scatter(
+                x=k - 0.14 + spread[: len(values)],
+                y=values,
+                mode="markers",
+                marker={
+                    "color": translucent(palette[group.name], 0.75),
+                    "size": 11,
+                    "line": {"color": palette[group.name], "width": 1},
+                },
+                showlegend=False,
+                hovertemplate=f"{group.name}: %{{y:.2f}} cm<extra></extra>",
+                **place,
+            )
+            if len(values) > 1:
+                mean = float(np.mean(values))
+                figure.add_scatter(
+                    x=[k - 0.28, k],
+                    y=[mean, mean],
+                    mode="lines",
+                    line={"color": look.ink, "width": 2.5},
+                    name="our mean",
+                    legendgroup="mean",
+                    showlegend=column == 1 and k == 0,
+                    hovertemplate=f"{group.name}, mean: %{{y:.2f}} cm<extra></extra>",
+                    **place,
+                )
+            paper = published.statistics(measure, task.task, group.algorithm)
+            if paper is not None:
+                figure.add_scatter(
+                    x=[k + 0.2],
+                    y=[paper["mean"]],
+                    error_y={"array": [paper["std"]], "color": look.reference, "thickness": 1.6, "width": 5},
+                    mode="markers",
+                    marker={"symbol": "diamond", "size": 10, "color": look.reference},
+                    name=f"published mean ± s.d. ({published.n_runs()} runs of"
+                    f" {published.n_evaluations():,} evaluations)",
+                    legendgroup="published",
+                    showlegend=first_reference,
+                    hovertemplate=f"{group.name}, published: %{{y:.2f}} cm<extra></extra>",
+                    **place,
+                )
+                first_reference = False
+        figure.update_yaxes(title_text=AXIS_TITLES[measure], col=column)
+    figure.update_xaxes(
+        tickvals=list(range(len(names))), ticktext=names, range=[-0.6, len(names) - 0.4], showgrid=False
+    )
+    return dress(
+        figure,
+        look,
+        width=WIDTH,
+        height=HEIGHT - 20,
+        legend={"orientation": "h", "x": 0, "y": 1.03, "yanchor": "bottom", "font": {"size": 13}},
+    )
