@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from app.basket import Item
+from app.downloads.basket import Item
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation

@@ -32,7 +32,7 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from app.upload import keep
+from app.runs.upload import keep
 from benchmarks.rows import Row, show
 from engine.analysis.robustness import load_robust
 from engine.body.morphology import Morphology

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.access import TOKEN_VARIABLE, Access, Admission, Refusal, access_to, is_loopback
+from app.gui.access import TOKEN_VARIABLE, Access, Admission, Refusal, access_to, is_loopback
 from engine.errors import InvalidData
 
 TOKEN = "0123456789abcdef-öß"

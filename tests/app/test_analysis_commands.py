@@ -13,7 +13,7 @@ import plotly.graph_objects as go
 import pytest
 from PIL import Image
 
-from app.cli import main
+from app.cli.main import main
 from engine.errors import ExportError
 from viz.report.images import write_images
 from viz.report.report import ReportFigure

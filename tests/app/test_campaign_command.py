@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from engine.storage.reader import RunReader
 
 ROOT = Path(__file__).parents[2]

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from engine.storage.reader import RunReader
 from engine.tasks import BUILT_IN, TASKS_VARIABLE, loading
 

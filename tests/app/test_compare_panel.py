@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app.compare_panel import RunChoice, equal_cost
+from app.runs.compare_panel import RunChoice, equal_cost
 from viz.runs.run_list import RunFacts
 
 A, B, C, D = (Path(f"{name}.tsmr") for name in "abcd")

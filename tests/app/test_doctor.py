@@ -5,7 +5,7 @@ import sqlite3
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from engine.simulation import self_check
 from engine.storage.lock import lock_path
 from engine.storage.reader import RunReader

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from exploded import evolve
 
-from app import explore
-from app.cli import main
-from app.player import Player, current_frame
-from app.replay_line import describe
+from app.cli.main import main
+from app.replay.player import Player, current_frame
+from app.replay.replay_line import describe
+from app.server import server
 from engine.replay.dump import Dump, read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.simulation.model import Physics
@@ -115,9 +115,9 @@ def test_replay_dump_serves_and_opens_a_browser_where_there_is_a_screen(
     n: int,
 ) -> None:
     addresses: list[str] = []
-    monkeypatch.setattr(explore.webbrowser, "open", addresses.append)
-    monkeypatch.setattr(explore, "wait_for_interrupt", lambda: None)
-    monkeypatch.setattr(explore.sys, "platform", "linux")
+    monkeypatch.setattr(server.webbrowser, "open", addresses.append)
+    monkeypatch.setattr(server, "wait_for_interrupt", lambda: None)
+    monkeypatch.setattr(server.sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     if display:

@@ -13,9 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app import cli, commands, evolution
-from app.evolution import NewRun, choices, flags, last_words, log_path, pause, resume, start
-from app.library import run_state
+from app.cli import commands, main
+from app.runs import launcher
+from app.runs.launcher import NewRun, choices, flags, last_words, log_path, pause, resume, start
+from app.runs.library import run_state
 from engine.config import PRESETS, AlgorithmName, RunConfig, preset
 from engine.errors import InvalidData, RunFileError
 from engine.storage.lock import holder_of
@@ -65,7 +66,7 @@ def test_what_is_not_on_offer_starts_nothing(
     change: dict[str, Any], what: str, workplace: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started: list[object] = []
-    monkeypatch.setattr(evolution.subprocess, "Popen", lambda *a, **_: started.append(a))
+    monkeypatch.setattr(launcher.subprocess, "Popen", lambda *a, **_: started.append(a))
     with pytest.raises(InvalidData, match=what):
         start(dataclasses.replace(NEW, **change))
     assert not started
@@ -110,7 +111,7 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
     config: RunConfig, name: str
 ) -> None:
     arguments = flags(NewRun(name="x", preset=name, config=config, workers=3))
-    parsed = cli._parse(["evolve", "x.tsmr", *arguments])
+    parsed = main._parse(["evolve", "x.tsmr", *arguments])
     assert isinstance(parsed, commands.Evolve)
     assert parsed.config == config
     assert parsed.computing.workers == 3

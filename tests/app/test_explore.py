@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from app import explore
+from app.server import server
 
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What was opened in a browser; serving ends at once, as with Ctrl-C."""
     addresses: list[str] = []
-    monkeypatch.setattr(explore.webbrowser, "open", addresses.append)
+    monkeypatch.setattr(server.webbrowser, "open", addresses.append)
 
-    monkeypatch.setattr(explore, "wait_for_interrupt", lambda: None)
+    monkeypatch.setattr(server, "wait_for_interrupt", lambda: None)
     return addresses
 
 
@@ -27,11 +27,11 @@ def test_a_browser_opens_only_where_there_is_a_screen(
     wanted: bool,
     n: int,
 ) -> None:
-    monkeypatch.setattr(explore.sys, "platform", "linux")
+    monkeypatch.setattr(server.sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     if display:
         monkeypatch.setenv("DISPLAY", display)
-    explore.explore([small_run], explore.Listening(port=0, open_browser=wanted))
+    server.explore([small_run], server.Listening(port=0, open_browser=wanted))
     assert len(opened) == n
     assert all(address in capsys.readouterr().out for address in opened)

@@ -5,8 +5,8 @@ import threading
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import generation_player
-from app.generation_player import FASTEST, LONGEST, SLOWEST, GenerationPlayer, pace
+from app.maps import generation_player
+from app.maps.generation_player import FASTEST, LONGEST, SLOWEST, GenerationPlayer, pace
 
 
 class Screen:

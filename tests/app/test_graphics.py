@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.explore import serve
-from app.graphics import draws_in_software
+from app.server.server import serve
+from app.session.software_rendering import draws_in_software
 from benchmarks.synthetic_browser import Message, SyntheticBrowser, html_with
 
 SWIFTSHADER = (

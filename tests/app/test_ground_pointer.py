@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.ground_pointer import ground_point
+from app.replay.ground_picker import ground_point
 from engine.errors import InvalidData
 
 near = st.floats(-5, 5)

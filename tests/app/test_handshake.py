@@ -15,9 +15,9 @@ import zstandard
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from app.access import Access
-from app.explore import serve_sessions
-from app.viser_private import Gate
+from app.gui.access import Access
+from app.gui.viser_private import Gate
+from app.server.server import serve_sessions
 from benchmarks.synthetic_browser import CAMERA
 
 TOKEN = "a-token-of-the-test"

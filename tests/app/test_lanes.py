@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.lane_arena import lay_out
-from app.lanes import Start
-from app.pins_panel import lane_replay
-from app.player import Player
+from app.replay.player import Player
+from app.replay.side_by_side import Start
+from app.replay.side_by_side_scene import lay_out
+from app.robot.pins_panel import lane_replay
 from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader

@@ -12,9 +12,9 @@ from grid_run import grid_cell
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.clicks import _CLICK
-from app.color_controls import ALL_RUNS, FIXED, ColorWish
-from app.map_board import MapBoard
+from app.gui.click_channel import _CLICK
+from app.maps.color_controls import ALL_RUNS, FIXED, ColorWish
+from app.maps.map_board import MapBoard
 from engine.analysis.robustness import Robustness, robust_path, save_robust
 from engine.errors import InvalidData
 from engine.search.algorithm import Axis

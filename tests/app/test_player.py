@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from app.player import Player, current_frame
-from app.replay_line import describe
+from app.replay.player import Player, current_frame
+from app.replay.replay_line import describe
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
@@ -109,10 +109,10 @@ def test_a_pause_that_comes_just_after_the_end_does_not_start_all_over(
     player.load(replay)
     player.seek(replay.end_time)
     wait(lambda: not player.playing)
-    monkeypatch.setattr("app.player.LAG", 1e9)
+    monkeypatch.setattr("app.replay.player.LAG", 1e9)
     player.toggle()
     assert not player.playing
-    monkeypatch.setattr("app.player.LAG", 0.0)
+    monkeypatch.setattr("app.replay.player.LAG", 0.0)
     player.toggle()
     assert player.playing
     wait(lambda: player.time < 1.0)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from app.cli import main
-from app.robot_folder import place_of, robot_folder, what_is
+from app.cli.main import main
+from app.downloads.robot_folder import place_of, robot_folder, what_is
 from engine.errors import ExportError
 from engine.fabrication.materials import load_materials, preset_text
 from engine.storage.reader import RunReader
@@ -179,7 +179,7 @@ def test_every_elite_is_exported_once_and_one_that_cannot_be_does_not_stop_the_o
         held = {a: reader.placements(a, last) for a in ("morphology", "controller")}
     numbers = {n for cells in held.values() for n in cells.values()}
     broken = max(numbers)
-    monkeypatch.setattr("app.exporting.robot_folder", quick)
+    monkeypatch.setattr("app.cli.export.robot_folder", quick)
     status, said = tensatlas("export", small_run, "--all-elites", "--out", "all")
     assert status == 2
     assert f"1 of {len(numbers)} robots were not exported; the first: evaluation {broken}" in said

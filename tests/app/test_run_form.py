@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import viser
 
-from app.field_docs import field_docs
-from app.run_form import EVERYDAY, FieldError, RunForm, label_of
+from app.gui.field_docs import field_docs
+from app.runs.run_form import EVERYDAY, FieldError, RunForm, label_of
 from engine.config import PRESETS, RunConfig
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from app.library import Library
-from app.shared_scale import SharedScale
+from app.maps.shared_scale import SharedScale
+from app.runs.library import Library
 from engine.storage.reader import RunReader
 from viz.maps.contents import load_contents
 from viz.maps.scale import color_limits

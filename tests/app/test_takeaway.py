@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.actions import Actions
-from app.basket import MOST, Item, added, export_basket, exported, folder_names
-from app.basket_memory import parse
-from app.export_choice import ExportChoice
-from app.file_maker import FileMaker
-from app.robot_folder import STEPS
+from app.downloads.basket import MOST, Item, added, export_basket, exported, folder_names
+from app.downloads.basket_memory import parse
+from app.downloads.export_choice import ExportChoice
+from app.downloads.robot_folder import STEPS
+from app.gui.actions import Actions
+from app.gui.file_maker import FileMaker
 from engine.errors import ExportError, InvalidData
 from engine.storage.reader import RunReader
 from engine.zip_file import zip_bytes

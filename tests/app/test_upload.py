@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import upload
-from app.upload import keep, safe_name
+from app.runs import upload
+from app.runs.upload import keep, safe_name
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 

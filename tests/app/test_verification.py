@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
 

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from software_chromium import launch
 
-from app.explore import serve
+from app.server.server import serve
 
 PATIENCE = 60_000
 """Milliseconds: software rendering on a busy machine takes its time."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from app.explore import serve
-from app.library import PROJECT_ARCHIVES, Library
+from app.runs.library import PROJECT_ARCHIVES, Library
+from app.server.server import serve
 from tests.browser.software_chromium import launch
 
 WAIT = 90_000

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.explore import serve
+from app.server.server import serve
 
 pytestmark = pytest.mark.browser
 

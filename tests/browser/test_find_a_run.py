@@ -10,7 +10,7 @@ from pathlib import Path
 from playwright.sync_api import FilePayload, Page, expect
 from processes import free_port
 
-from app.explore import serve
+from app.server.server import serve
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from app.explore import serve
-from app.viser_private import inputs_of
+from app.gui.viser_private import inputs_of
+from app.server.server import serve
 
 Visit = Callable[[str], Page]
 WAIT = 60_000

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 from widgets import choose
 
-from app.explore import serve
+from app.server.server import serve
 from engine.search.projection import project
 from engine.storage.reader import RunReader
 from viz.maps.nested import Geometry

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from widgets import choose, field_of
 
-from app.explore import serve
+from app.server.server import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader

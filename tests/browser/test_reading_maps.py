@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from widgets import choose, field_of
 
-from app.explore import serve
+from app.server.server import serve
 from engine.config import RunConfig
 from engine.runs.evolve import create_algorithm, create_evaluator, statistics
 from engine.storage.reader import RunReader

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
-from app import upload
-from app.access import Access
-from app.explore import serve
-from app.viser_private import inputs_of
+from app.gui.access import Access
+from app.gui.viser_private import inputs_of
+from app.runs import upload
+from app.server.server import serve
 
 Visit = Callable[[str], Page]
 TOKEN = "the-token-of-a-test"
@@ -66,7 +66,7 @@ def test_only_the_apps_own_page_with_the_token_gets_in(
 def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
     workplace: Path, visit: Visit, small_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.chosen_robot.VISITOR_SECONDS", 3.0)  # one trial of 2.4 s
+    monkeypatch.setattr("app.session.chosen_robot.VISITOR_SECONDS", 3.0)  # one trial of 2.4 s
     with serve([small_run], host="127.0.0.1", port=0, read_only=True) as server:
         page = visit(f"http://127.0.0.1:{server.get_port()}/")
         page.locator(".ta-run").click()

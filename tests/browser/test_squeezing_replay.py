@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
 from widgets import field_of
 
-from app.explore import serve
+from app.server.server import serve
 from engine.config import RunConfig
 from engine.runs import evolve as run
 from engine.storage.reader import RunReader

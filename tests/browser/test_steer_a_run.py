@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from processes import free_port
 from widgets import choose, field_of
 
-from app.explore import serve
+from app.server.server import serve
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written

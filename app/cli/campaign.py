@@ -1,0 +1,167 @@
+"""Runs a campaign: a process for every run, so many at a time, and in the end the comparison."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from app.cli.commands import Campaign, Compare
+from app.cli.evolve import compute_run
+from app.worker_flags import WorkerFlags, check
+from engine.config import from_json, to_json
+from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.runs.campaign import PlannedRun, read_campaign
+from engine.storage.reader import RunReader
+
+POLL = 0.5
+ATTEMPTS = 2
+"""Times that a run is begun or gone on with before it is left for another time."""
+
+
+def run_campaign(command: Campaign, console: Console) -> int:
+    """Work until every run is finished; return the exit status.
+
+    Raises:
+        InvalidData: the file or a flag is not as it should be.
+        RunFileError: a run's file exists and is another run's.
+    """
+    if command.jobs < 1:
+        raise InvalidData(f"jobs must be at least 1, not {command.jobs}")
+    check(command.computing)
+    runs = read_campaign(command.file)
+    folder = command.out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise RunFileError(f"{folder} cannot be made: {e.strerror or e}") from None
+    waiting = [run for run in runs if not is_finished(folder / run.file, run)]
+    console.print(f"{len(runs)} runs in {folder}, {len(runs) - len(waiting)} of them finished", markup=False)
+    if command.dry_run:
+        for run in runs:
+            state = "waits" if run in waiting else "is finished"
+            console.print(f"{run.file} {state}: {run.config.evaluations} evaluations", markup=False)
+        return 0
+    failed = _work(waiting, command, console)
+    if failed:
+        for file, reason in failed.items():
+            console.print(f"tensatlas: {file}: {reason}", markup=False)
+        console.print("The same command goes on with what is unfinished.")
+        return 1
+    from app.cli.compare import compare
+
+    compare(
+        Compare(run=tuple(folder / run.file for run in runs), out=folder / "report", images=command.images),
+        console,
+    )
+    return 0
+
+
+def is_finished(path: Path, planned: PlannedRun) -> bool:
+    """Tell whether a run's file has all its evaluations.
+
+    Raises:
+        RunFileError: it is damaged, or another run's.
+    """
+    if not path.exists():
+        return False
+    with RunReader(path) as reader:
+        if reader.config != planned.config:
+            raise RunFileError(
+                f"{path} has another configuration than the campaign; move it away or choose another --out"
+            )
+        last = reader.last_generation()
+        return last is not None and reader.n_evaluations() >= reader.config.evaluations
+
+
+def _work(waiting: Sequence[PlannedRun], command: Campaign, console: Console) -> dict[str, str]:
+    """Run all, so many at a time; return the reasons of those that could not be finished."""
+    queue = [(run, 1) for run in waiting]
+    active: dict[subprocess.Popen[bytes], tuple[PlannedRun, int]] = {}
+    failed: dict[str, str] = {}
+    n_done = 0
+    try:
+        while queue or active:
+            while queue and len(active) < command.jobs:
+                run, attempt = queue.pop(0)
+                active[_start(run, command)] = run, attempt
+                console.print(f"{run.file} {'begins' if attempt == 1 else 'goes on'}", markup=False)
+            time.sleep(POLL)
+            for process in [p for p in active if p.poll() is not None]:
+                run, attempt = active.pop(process)
+                if process.returncode == 0 and is_finished(command.out / run.file, run):
+                    n_done += 1
+                    console.print(f"{run.file} is finished ({n_done} of {len(waiting)})", markup=False)
+                elif attempt < ATTEMPTS:
+                    queue.append((run, attempt + 1))
+                else:
+                    failed[run.file] = _last_line(_log(command.out / run.file))
+    finally:
+        for process in active:
+            process.send_signal(signal.SIGTERM)  # it saves and stops
+        for process in active:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(60)
+    return failed
+
+
+def _start(run: PlannedRun, command: Campaign) -> subprocess.Popen[bytes]:
+    path = command.out / run.file
+    job = {
+        "path": str(path),
+        "config": to_json(run.config),
+        "flags": dataclasses.asdict(command.computing) | {"slurm": _text(command.computing.slurm)},
+    }
+    with open(_log(path), "ab") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "app.cli.campaign"], stdin=subprocess.PIPE, stdout=log, stderr=log
+        )
+    assert process.stdin is not None
+    with contextlib.suppress(BrokenPipeError), process.stdin as pipe:
+        pipe.write(json.dumps(job).encode())
+    return process
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
+
+
+def _run_one(job: dict[str, Any]) -> int:
+    """Start or go on with one run, as a process of its own; return the exit status."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    flags = job["flags"] | {"slurm": None if job["flags"]["slurm"] is None else Path(job["flags"]["slurm"])}
+    path, console = Path(job["path"]), Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        config = None if path.exists() else from_json(job["config"])
+        compute_run(path, config, WorkerFlags(**flags), console)
+    except TensAtlasError as e:
+        console.print(f"tensatlas: {e}", markup=False)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _log(path: Path) -> Path:
+    return path.with_suffix(".log")
+
+
+def _last_line(log: Path) -> str:
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    except OSError:
+        lines = []
+    return f"{lines[-1].removeprefix('tensatlas: ') if lines else 'it ended at once'} (see {log})"
+
+
+if __name__ == "__main__":
+    sys.exit(_run_one(json.load(sys.stdin)))

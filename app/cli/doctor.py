@@ -1,0 +1,182 @@
+"""``tensatlas doctor``: is this installation fit, and is a run file?"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from app.runs.library import NEW_RUNS
+from engine.config import preset
+from engine.errors import TensAtlasError
+from engine.runs.evolve import versions
+from engine.simulation.provenance import instruction_sets, processor_facts
+from engine.simulation.self_check import compare
+from engine.storage.check import Finding, check_run
+from engine.storage.reader import RunReader
+from engine.storage.writer import RunWriter, is_being_written
+
+PROBLEMS: Final = 1
+"""Exit status if a problem was found."""
+_CONSTRAINTS: Final = Path(__file__).resolve().parents[2] / "constraints.txt"
+_FEATURES: Final = ("avx2", "fma", "avx512f")
+
+
+def doctor(runs: Iterable[Path], *, port: int, console: Console) -> int:
+    """Check the installation and run files, print a line for each thing; return the exit status."""
+    runs = list(runs)
+    n_problems = 0
+    for finding in _all(runs, port):
+        n_problems += finding.verdict == "problem"
+        remedy = f"; {finding.remedy}" if finding.remedy else ""
+        console.print(f"{finding.verdict:<8} {finding.text}{remedy}", markup=False)
+    if n_problems:
+        console.print(f"{n_problems} problem{'s' if n_problems > 1 else ''} found", markup=False)
+        return PROBLEMS
+    console.print("No problem found", markup=False)
+    return 0
+
+
+def _all(runs: list[Path], port: int) -> Iterator[Finding]:
+    yield from _python()
+    yield from _packages()
+    yield _processor()
+    yield from _simulation()
+    folder = runs[0].absolute().parent if runs else NEW_RUNS.absolute()
+    yield from _folder(folder)
+    yield _port(port)
+    yield _chromium()
+    for run in runs:
+        yield from check_run(run)
+
+
+def _python() -> Iterator[Finding]:
+    version = platform.python_version()
+    yield Finding("ok", f"Python {version}, {sys.executable}")
+
+
+def _packages() -> Iterator[Finding]:
+    try:
+        wanted = [r for r in importlib.metadata.requires("tensatlas") or [] if "extra ==" not in r]
+    except importlib.metadata.PackageNotFoundError:
+        yield Finding("problem", "TensAtlas is not installed here", "make explore sets everything up")
+        return
+    names = [m[0] for r in wanted if (m := re.match(r"[A-Za-z0-9._-]+", r))]
+    missing = [n for n in names if _version(n) is None]
+    if missing:
+        yield Finding("problem", f"missing: {', '.join(missing)}", "make explore installs what is needed")
+    else:
+        yield Finding("ok", f"all {len(names)} packages that it needs are installed")
+    try:
+        lines = _CONSTRAINTS.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return
+    pins = dict(line.split("==") for line in lines if "==" in line and not line.startswith("#"))
+    others = [f"{n} {v} instead of {pin}" for n, pin in pins.items() if (v := _version(n)) not in (None, pin)]
+    if others:
+        remedy = f"pip install -c {_CONSTRAINTS} -e . gives the versions that the tests pass with"
+        yield Finding("note", f"other versions than tested: {', '.join(others)}", remedy)
+    else:
+        yield Finding("ok", "all of the versions that the tests pass with")
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> Finding:
+    facts, flags = processor_facts(), instruction_sets()
+    name = facts.get("model name", platform.processor() or platform.machine())
+    features = ""
+    if facts:  # only Linux says so
+        features = ": " + (", ".join(f for f in _FEATURES if f in flags) or "none of " + ", ".join(_FEATURES))
+    n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return Finding("ok", f"{n} core{'s' if n > 1 else ''}, {name}{features}")
+
+
+def _simulation() -> Iterator[Finding]:
+    found = compare()
+    mujoco = _version("mujoco")
+    if not found.same_body:
+        yield Finding(
+            "problem",
+            f"MuJoCo {mujoco} builds other bodies than the known simulation has",
+            "install TensAtlas and the versions of constraints.txt anew",
+        )
+    elif found.deviation == 0.0:
+        yield Finding("ok", f"MuJoCo {mujoco} repeats a known simulation to the last bit")
+    elif found.good:
+        yield Finding(
+            "note",
+            f"MuJoCo {mujoco} repeats a known simulation within {found.deviation:.1e} m, not to the last bit"
+            f" (recorded with {found.recorded_with})",
+            "runs are identical only among machines that compute alike",
+        )
+    else:
+        yield Finding(
+            "problem",
+            f"MuJoCo {mujoco} is {found.deviation:.1e} m off a known simulation"
+            f" (recorded with {found.recorded_with})",
+            "do not trust its results; install the version of constraints.txt",
+        )
+
+
+def _folder(folder: Path) -> Iterator[Finding]:
+    there = folder
+    while not there.is_dir() and there != there.parent:
+        there = there.parent
+    free = shutil.disk_usage(there).free
+    text = f"{free / 1e9:.1f} GB free in {there}"
+    if free < 200e6:
+        yield Finding("problem", text, "make room: a run of the paper's size has 0.3 GB")
+    elif free < 2e9:
+        yield Finding("note", text, "a run of the paper's size has 0.3 GB")
+    else:
+        yield Finding("ok", text)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".doctor-", dir=there) as name:
+            path = Path(name) / "doctor.tsmr"
+            with RunWriter.create(path, preset("smoke"), versions()), RunReader(path) as reader:
+                live = is_being_written(path)
+                reader.n_evaluations()
+        if live:
+            yield Finding("ok", f"a run can be written, read meanwhile and locked in {there}")
+        else:
+            yield Finding("problem", f"{there} does not lock files", "keep runs on another file system")
+    except (OSError, TensAtlasError) as e:
+        reason = e.strerror if isinstance(e, OSError) else str(e)
+        yield Finding("problem", f"no run can be written in {there}: {reason}", "choose another folder")
+
+
+def _port(port: int) -> Finding:
+    # the app's libraries take a second to import
+    from app.server.server import check_address
+
+    try:
+        check_address("127.0.0.1", port)
+    except TensAtlasError as e:
+        return Finding("note", str(e), "perhaps the app is running already")
+    return Finding("ok", f"port {port} is free for the app")
+
+
+def _chromium() -> Finding:
+    for name in ("chromium", "chromium-browser", "google-chrome"):
+        if found := shutil.which(name):
+            return Finding("ok", f"Chromium for figures as files and for the tests: {found}")
+    return Finding(
+        "note",
+        "no Chromium for figures as files and for the tests",
+        "the rest does without; sudo apt install chromium",
+    )

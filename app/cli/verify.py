@@ -1,0 +1,143 @@
+"""Prints what simulating an elite again has shown, for people or as JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from app.cli import commands as c
+from engine.analysis.motion import Motion
+from engine.analysis.verify import Samples, Verification
+from engine.config import RunConfig
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.model import Physics
+from engine.tasks import get_task
+
+
+def print_verification(command: c.Verify, config: RunConfig, found: Verification) -> None:
+    """Print a verification to standard output, as JSON if the command asks for it."""
+    if command.json:
+        print(json.dumps(_facts(command, config, found), indent=2))
+        return
+    console = Console(highlight=False)
+    number, body = found.recorded.solution.number, found.recorded.solution.morphology
+    say = functools.partial(console.print, markup=False, soft_wrap=True)
+    say(
+        f"Robot {number} of {command.run.name}, {command.archive} cell {command.cell}:"
+        f" {body.n_modules} modules, stiffness {body.stiffness_text}"
+    )
+    own, changed = found.own, found.changed
+    same = "identical to" if found.identical else "not identical to"
+    say(f"\nThe run's physics, {_physics_name(own.physics)}: {same} what was recorded")
+    console.print(_table(config, own, found.recorded))
+    say(_motion_line(own.motion))
+    if changed is None:
+        return
+    say(f"\nChanged physics, {_physics_name(changed.physics)}")
+    if changed.physics.inertia_scale != own.physics.inertia_scale:
+        say("The time step follows the inertia, so that the simulation stays stable.")
+    console.print(_table(config, changed, None))
+    say(_motion_line(changed.motion))
+
+
+def _table(config: RunConfig, samples: Samples, recorded: Evaluation | None) -> Table:
+    task, n = get_task(config.task), len(samples.fresh)
+    failed = f", {samples.n_failed} failed" if samples.n_failed else ""
+    table = Table(caption="in cm; s.d.: standard deviation between evaluations")
+    table.add_column("")
+    columns = []
+    if recorded:
+        table.add_column("as recorded", justify="right")
+        columns.append(_evaluation_column(config, recorded))
+    table.add_column("same noise", justify="right")
+    columns.append(_evaluation_column(config, samples.recorded_noise))
+    table.add_column(f"fresh noise x {n}{failed}: mean", justify="right")
+    table.add_column("s.d.", justify="right")
+    columns += _fresh_columns(config, samples)
+    names = ["f_s", *(f"to target {name}" for name in task.target_names), "head of the chain"]
+    for row in zip(names, *columns, strict=True):
+        table.add_row(*row)
+    return table
+
+
+def _motion_line(motion: Motion) -> str:
+    return (
+        f"In all these trials: without ground contact {motion.airborne:.2%} of the time, a module's centre"
+        f" at most {100 * motion.height:.1f} cm high and {motion.speed:.3f} m/s fast"
+    )
+
+
+def _evaluation_column(config: RunConfig, e: Evaluation) -> list[str]:
+    end = "last" if e.head_is_end else "first"
+    if e.fitness is None:
+        return ["failed", *[""] * len(e.distances), end]
+    return [f"{_f_s(config, e.fitness):.2f}", *(f"{100 * d:.2f}" for d in e.distances.mean(axis=1)), end]
+
+
+def _fresh_columns(config: RunConfig, samples: Samples) -> list[list[str]]:
+    """Return the columns of means and of standard deviations."""
+    ends, n = sum(e.head_is_end for e in samples.fresh), len(samples.fresh)
+    end = {0: "first", n: "last"}.get(ends, f"last in {ends} of {n}")
+    n_targets = get_task(config.task).n_targets
+    if samples.mean is None or samples.distances is None:
+        return [["failed", *[""] * n_targets, end], [""] * (n_targets + 2)]
+    found = [e.distances.mean(axis=1) for e in samples.fresh if e.fitness is not None]
+    spread = np.std(found, axis=0, ddof=1) if len(found) > 1 else [None] * n_targets
+    return [
+        [f"{_f_s(config, samples.mean):.2f}", *(f"{100 * d:.2f}" for d in samples.distances), end],
+        [*("" if s is None else f"{100 * s:.2f}" for s in (samples.deviation, *spread)), ""],
+    ]
+
+
+def _physics_name(physics: Physics) -> str:
+    return f"inertia x {physics.inertia_scale:g}, time step {1000 * physics.timestep:.4g} ms"
+
+
+def _f_s(config: RunConfig, fitness: float) -> float:
+    """Return how many cm closer to its targets a robot ends than it started."""
+    return 100.0 * (get_task(config.task).target_distance - fitness)
+
+
+def _facts(command: c.Verify, config: RunConfig, found: Verification) -> dict[str, Any]:
+    return {
+        "path": str(command.run),
+        "archive": command.archive,
+        "cell": command.cell,
+        "number": found.recorded.solution.number,
+        "identical": found.identical,
+        "recorded": _evaluation_facts(config, found.recorded),
+        "own": _sample_facts(config, found.own),
+        "changed": None if found.changed is None else _sample_facts(config, found.changed),
+    }
+
+
+def _evaluation_facts(config: RunConfig, e: Evaluation) -> dict[str, Any]:
+    worked = e.fitness is not None
+    return {
+        "fitness_m": e.fitness,
+        "f_s_cm": None if e.fitness is None else _f_s(config, e.fitness),
+        "distances_m": e.distances.tolist() if worked else None,
+        "head_is_end": e.head_is_end,
+        "failure": e.failure,
+    }
+
+
+def _sample_facts(config: RunConfig, samples: Samples) -> dict[str, Any]:
+    return {
+        "physics": dataclasses.asdict(samples.physics),
+        "recorded_noise": _evaluation_facts(config, samples.recorded_noise),
+        "fresh_noise": [_evaluation_facts(config, e) for e in samples.fresh],
+        "f_s_mean_cm": None if samples.mean is None else _f_s(config, samples.mean),
+        "f_s_deviation_cm": None if samples.deviation is None else 100.0 * samples.deviation,
+        "motion": {
+            "airborne": samples.motion.airborne,
+            "height_m": samples.motion.height,
+            "speed_m_per_s": samples.motion.speed,
+        },
+    }

@@ -1,0 +1,106 @@
+"""Taking robots along: files of the replay that is shown, the run's table, a basket of chosen robots."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import viser
+
+from app.downloads.basket import Item
+from app.downloads.export_choice import ExportChooser
+from app.gui.click_channel import ClickChannel
+from app.gui.widgets import put_html
+from viz.runs import basket_list
+
+RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
+"""Label of each button: kind of recording."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Events:
+    """What the panel reports."""
+
+    record: Callable[[str], None]
+    table: Callable[[], None]
+    add: Callable[[], None]
+    remove: Callable[[int], None]
+    clear: Callable[[], None]
+    download: Callable[[], None]
+
+
+class BasketPanel:
+    """The folder "Take along" of a browser's main panel.
+
+    Args:
+        client: the browser.
+        events: what the user does.
+    """
+
+    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
+        gui = client.gui
+        with gui.add_folder("Take along", expand_by_default=False):
+            self.exports = ExportChooser(gui)
+            self._add = gui.add_button(
+                "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
+            )
+            self._add.on_click(_call(events.add))
+            handler = ClickChannel(
+                gui, lambda name, at: self._clicked(name, at, events), label="basket clicks"
+            ).handler
+            self._handler = handler
+            self._list = gui.add_html("")
+            self._download = gui.add_button(
+                "Download basket",
+                color="gray",
+                icon=viser.Icon.DOWNLOAD,
+                hint="The exports of all robots in the basket as one zip",
+            )
+            self._download.on_click(_call(events.download))
+            self._clear = gui.add_button(
+                "Clear basket", color="gray", icon=viser.Icon.TRASH, hint="Take all robots out"
+            )
+            self._clear.on_click(_call(events.clear))
+            self._recordings = gui.add_button_group(
+                "Replay as",
+                tuple(RECORDINGS),
+                visible=False,
+                hint="The trial that is shown: one HTML file that plays without a server, this moment as"
+                " a PNG, or an MP4 of 1280 x 720, which takes about half a minute",
+            )
+
+            @self._recordings.on_click
+            def _(event: viser.GuiEvent) -> None:
+                if event.target.value in RECORDINGS:
+                    events.record(RECORDINGS[event.target.value])
+
+            self._table = gui.add_button(
+                "Table of this run",
+                color="gray",
+                icon=viser.Icon.TABLE,
+                hint="All elites of the run as CSV, with pyribs' column names",
+            )
+            self._table.on_click(_call(events.table))
+        self.show_basket(())
+
+    def allow_robot(self, chosen: bool) -> None:
+        """Let a robot be taken along, or not, because none is chosen."""
+        self._add.disabled = not chosen
+        # viser cannot disable a group of buttons
+        self._recordings.visible = chosen
+
+    def show_basket(self, basket: Sequence[Item]) -> None:
+        """List what is in the basket."""
+        rows = [(i.path.stem, i.number, i.modules, i.f_s) for i in basket]
+        put_html(self._list, basket_list.render(rows, self._handler))
+        self._download.visible = self._clear.visible = bool(basket)
+        self._download.label = f"Download basket ({len(basket)})"
+
+    def _clicked(self, name: str, at: tuple[int, ...], events: Events) -> None:
+        if name == basket_list.REMOVE and len(at) == 1:
+            events.remove(at[0])
+
+
+def _call(action: Callable[[], None]) -> Callable[[viser.GuiEvent], None]:
+    return lambda _event: action()

@@ -1,0 +1,223 @@
+"""What one browser takes along: connects the panel with the chosen robot, its replay and the basket."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import viser
+
+from app.downloads import basket
+from app.downloads.basket_memory import BasketMemory, Kept
+from app.downloads.basket_panel import BasketPanel, Events
+from app.downloads.recording import Progress, recording
+from app.gui.actions import Actions
+from app.gui.file_maker import File, FileMaker
+from app.limits import SimulationBudget
+from app.runs.library import Library
+from app.session.address import find_run, run_name
+from app.state import Selection, SessionState
+from engine.analysis.elite_table import csv_bytes, elite_table
+from engine.errors import InvalidData, TensAtlasError
+from engine.replay.replay import Replay
+from engine.replay.trial import TrialChoice
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
+from engine.zip_file import zip_bytes
+
+log = logging.getLogger(__name__)
+
+VIDEO_PRICE = 5
+"""A video costs a visitor as much as so many replays."""
+NO_ROBOT = "Click a filled cell of a map first."
+
+
+class Takeaway:
+    """Makes the files that a user asks for.
+
+    Args:
+        client: the browser.
+        state: what it looks at.
+        library: the runs.
+        actions: of the browser.
+        maker: of its files.
+        budget: what it may have simulated.
+        moment: returns the moment of the replay that is shown, in s of the trial's clock.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        state: SessionState,
+        library: Library,
+        actions: Actions,
+        maker: FileMaker,
+        *,
+        budget: SimulationBudget,
+        moment: Callable[[], float],
+    ) -> None:
+        self._state, self._library, self._actions = state, library, actions
+        self._memory: BasketMemory | None = None
+        self._maker, self._budget, self._moment = maker, budget, moment
+        guarded = actions.guarded
+        self.panel = BasketPanel(
+            client,
+            Events(
+                record=guarded(self.record),
+                table=guarded(self.table),
+                add=guarded(self.add),
+                remove=guarded(self.remove),
+                clear=guarded(self.clear),
+                download=guarded(self.download),
+            ),
+        )
+
+    def begin(self, gui: viser.GuiApi) -> None:
+        """Ask the browser what its basket held before the page was loaded again.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
+
+    def close(self) -> None:
+        """Give up what is being made for a browser that has gone."""
+        self._maker.cancel()
+
+    def export(self) -> None:
+        """Send the folder of the chosen robot as a zip.
+
+        Raises:
+            InvalidData: no robot is chosen, another file is being made, or paper or material is none on
+                offer.
+        """
+        (reader, item), choice = self._chosen_item(), self.panel.exports.choice
+        name = item.name
+
+        def make(progress: Progress) -> File:
+            files = basket.exported(item, reader, progress, choice)
+            progress("packing", 1, 1)
+            return f"{name}.zip", zip_bytes(files, name)
+
+        self._start(f"{name}.zip", make, self._seconds(reader))
+
+    def add(self) -> None:
+        """Put the chosen robot into the basket.
+
+        Raises:
+            InvalidData: no robot is chosen, it is there already, or the basket is full.
+        """
+        self._put(basket.added(self._state.basket, self._chosen_item()[1]))
+
+    def remove(self, position: int) -> None:
+        """Take a robot out of the basket; a position that is none does nothing."""
+        self._put(tuple(item for k, item in enumerate(self._state.basket) if k != position))
+
+    def clear(self) -> None:
+        """Take all robots out."""
+        self._put(())
+
+    def download(self) -> None:
+        """Send the exports of all robots in the basket as one zip.
+
+        Raises:
+            InvalidData: it is empty, another file is being made, or paper or material is none on offer.
+        """
+        items, choice = self._state.basket, self.panel.exports.choice
+        if not items:
+            raise InvalidData("The basket is empty; add the chosen robot first.")
+        seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
+
+        def make(progress: Progress) -> File:
+            name = "tensatlas_basket"
+            files = basket.export_basket(items, self._library.reader, progress, choice)
+            return f"{name}.zip", zip_bytes(files, name)
+
+        self._start("the basket", make, seconds)
+
+    def record(self, kind: str) -> None:
+        """Send the trial that is shown as a page, a picture of the present moment or a video.
+
+        Raises:
+            InvalidData: no robot is chosen.
+        """
+        reader, chosen = self._chosen()
+        state, moment, run = self._state, self._moment(), reader.path.stem
+        # one of its own: what is played may be cancelled at any time
+        replay = Replay.of(reader.config, chosen.evaluation, state.trial)
+        where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
+        name = f"{run}_robot_{chosen.number}_{_file_part(state.trial)}.{kind}"
+
+        def make(progress: Progress) -> File:
+            content = recording(
+                replay,
+                kind,
+                run=run,
+                where=where,
+                entered=chosen.entered,
+                at=moment,
+                progress=progress,
+            )
+            return name, content
+
+        self._start(name, make, self._seconds(reader) * (VIDEO_PRICE if kind == "mp4" else 1))
+
+    def table(self) -> None:
+        """Send the elites of the shown run as CSV."""
+        reader = self._reader()
+        name = f"{reader.path.stem}.csv"
+        self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
+
+    def _start(self, what: str, make: Callable[[Progress], File], seconds: float) -> None:
+        def paid(progress: Progress) -> File:
+            self._budget.spend(seconds)
+            return make(progress)
+
+        self._maker.start(what, paid)
+
+    def _put(self, items: tuple[basket.Item, ...]) -> None:
+        self._state.basket = items
+        self.panel.show_basket(items)
+        if self._memory is not None:
+            paths = self._library.runs()
+            named = [(run_name(i.path, paths), i.number) for i in items]
+            self._memory.keep([(name, number) for name, number in named if name is not None])
+
+    def _restore(self, kept: list[Kept]) -> None:
+        """Put back what the basket held; say so if some of it is gone."""
+        paths, items = self._library.runs(), self._state.basket
+        for name, number in kept:
+            path = find_run(name, paths)
+            try:
+                if path is not None:
+                    reader = self._library.reader(path)
+                    items = basket.added(items, basket.item_of(reader, reader.evaluation(number)))
+            except TensAtlasError:
+                log.info("robot %d of %s cannot be put back into a basket", number, path)
+        if items != self._state.basket:
+            self._put(items)
+        if len(items) < len(kept):
+            self._actions.notify("The basket", "Some of its robots are not here any more.")
+
+    def _seconds(self, reader: RunReader) -> float:
+        trials = reader.config.trials
+        return trials.settle_time + trials.trial_time
+
+    def _reader(self) -> RunReader:
+        return self._library.shown(self._state.path)
+
+    def _chosen_item(self) -> tuple[RunReader, basket.Item]:
+        reader, chosen = self._chosen()
+        return reader, basket.item_of(reader, chosen.evaluation, chosen.archive, chosen.own_cell)
+
+    def _chosen(self) -> tuple[RunReader, Selection]:
+        if self._state.selection is None:
+            raise InvalidData(NO_ROBOT)
+        return self._reader(), self._state.selection
+
+
+def _file_part(trial: TrialChoice) -> str:
+    """Return what the name of a recording says of its target."""
+    if trial.aim is None:
+        return f"target_{trial.target + 1}"
+    return f"target_at_{trial.aim.bearing}_degrees_{trial.aim.distance}_cm"

@@ -1,0 +1,213 @@
+"""Everything that a person takes away of one robot: build sheet, files to make its parts, firmware, data."""
+
+from __future__ import annotations
+
+import fnmatch
+import hashlib
+import importlib.metadata
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from app.downloads.recording import Progress
+from engine.body import module as t
+from engine.body import servo
+from engine.errors import InvalidData
+from engine.export import export_files, simulate_trial
+from engine.fabrication.firmware import firmware_files
+from engine.fabrication.folder import fabrication_files
+from engine.fabrication.materials import PRESETS, Materials, preset_text
+from engine.files import csv_text
+from engine.runs.evolve import versions
+from engine.storage.reader import RunReader
+from engine.storage.rows import cell_name
+from viz.build_sheet.facts import Facts, Place, gather
+from viz.build_sheet.sheet import build_sheet
+from viz.build_sheet.style import PaperName
+from viz.recording.standalone_replay import standalone_replay
+
+STEPS: Final = 4
+MANIFEST_FORMAT: Final = "tensatlas-manifest"
+MANIFEST_VERSION: Final = 1
+_PACKAGES: Final = ("reportlab", "segno", "trimesh", "manifold3d", "ezdxf", "shapely")
+_TABLES: Final = ("rods.csv", "cables.csv", "joints.csv")
+_WHAT: Final = (
+    ("build_sheet.pdf", "the build sheet: print it and start here"),
+    ("README.md", "what the robot is and what each file is"),
+    ("manifest.json", "hash of every file, versions, where the robot comes from"),
+    ("robot.xml", "the robot in its world for MuJoCo, SI units"),
+    ("robot.glb", "the assembled robot to look at in 3D, in metres"),
+    ("replay.html", "the recorded trial as a page that plays in any browser, offline"),
+    ("controls.csv", "commanded lengths of the internal cables in one trial"),
+    ("trajectory.csv", "path of the head in that trial"),
+    ("play.py", "plays controls.csv on robot.xml"),
+    ("genotype.json", "body and controller, results, configuration, versions"),
+    ("materials.toml", "what it is built from: edit it and export again with --materials"),
+    ("bill_of_materials.csv", "parts with masses, and where the numbers come from"),
+    ("tables/rods.csv", "cut list of the rods"),
+    ("tables/cables.csv", "every passive cable"),
+    ("tables/joints.csv", "orientation table: which nodes are tied"),
+    ("tables/internal_cables.csv", "length of the internal cables at every servo command"),
+    ("tables/targets.csv", "score of every trial by target"),
+    ("tables/paths.csv", "recorded paths of the head towards every target"),
+    ("parts/*.stl", "part to print, in mm"),
+    ("parts/*.3mf", "part to print, units inside"),
+    ("net/*.dxf", "flat net at 1:1, in mm, with a scale bar"),
+    ("net/*.svg", "flat net at 1:1, in mm, with a scale bar"),
+    ("firmware/*", "Arduino sketch with the robot's controller"),
+)
+
+
+def robot_folder(
+    reader: RunReader,
+    number: int,
+    *,
+    materials: Materials,
+    place: Place | None = None,
+    paper: PaperName = "a4",
+    progress: Progress = lambda _doing, _n, _total: None,
+) -> dict[str, bytes]:
+    """Return name and content of every file of a robot's folder; equal arguments give equal bytes.
+
+    Args:
+        reader: of the run.
+        number: of the evaluation.
+        materials: what the robot is built from.
+        place: archive and cell that it was found in; None to look them up.
+        paper: that the build sheet is to be printed on.
+        progress: told before each of ``STEPS`` steps; what it raises ends it.
+
+    Raises:
+        RunFileError: there is no such evaluation, or it is damaged.
+        ExportError: its simulation failed, so that there is nothing to show.
+        InvalidData: the materials' file can no longer be read.
+    """
+    evaluation = reader.evaluation(number)
+    progress("simulating", 0, STEPS)
+    trial = simulate_trial(reader.config, evaluation)
+    place = place or place_of(reader, number)
+    facts = gather(reader, evaluation, trial, place)
+    files = export_files(reader, number, trial)
+    progress("parts", 1, STEPS)
+    for name, content in fabrication_files(facts.morphology, materials).items():
+        files[f"tables/{name}" if name in _TABLES else name] = content
+    sketch = firmware_files(reader.config, evaluation, run=facts.run_name, first=trial.sensed)
+    files |= {f"firmware/{name}": content for name, content in sketch.items()}
+    progress("build sheet", 2, STEPS)
+    files["build_sheet.pdf"] = build_sheet(facts, materials, paper)[0]
+    progress("replay and tables", 3, STEPS)
+    files |= {
+        "materials.toml": materials_text(materials).encode(),
+        "replay.html": standalone_replay(trial.replay, run=facts.run_name, where=place.name if place else ""),
+        "tables/internal_cables.csv": _internal_cables(),
+        "tables/targets.csv": _targets(facts),
+        "tables/paths.csv": _paths(facts),
+    }
+    files["README.md"] += _list_of_files({*files, "manifest.json"}).encode()
+    files["manifest.json"] = _manifest(reader, facts, materials, files)
+    return files
+
+
+def place_of(reader: RunReader, number: int) -> Place | None:
+    """Return a cell that a robot holds after the last generation, or None if it holds none."""
+    last = reader.last_closed()
+    for archive in last.archives if last else ():
+        assert last is not None
+        for cell, held in sorted(reader.placements(archive, last.number).items()):
+            if held == number:
+                return Place(archive=archive, cell=cell)
+    return None
+
+
+def folder_name(reader: RunReader, number: int) -> str:
+    """Return what a robot's folder is called unless somebody says otherwise."""
+    return f"{reader.path.stem}_robot_{number}"
+
+
+def materials_text(materials: Materials) -> str:
+    """Return the text of the file that materials were read from.
+
+    Raises:
+        InvalidData: it can no longer be read.
+    """
+    if materials.file in PRESETS:
+        return preset_text(materials.file)
+    try:
+        return Path(materials.file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as e:
+        raise InvalidData(f"materials file {materials.file} cannot be read: {e}") from None
+
+
+def _manifest(reader: RunReader, facts: Facts, materials: Materials, files: dict[str, bytes]) -> bytes:
+    solution = facts.evaluation.solution
+    made_with = versions(reader.config.task) | {p: importlib.metadata.version(p) for p in _PACKAGES}
+    content: dict[str, Any] = {
+        "format": MANIFEST_FORMAT,
+        "version": MANIFEST_VERSION,
+        "robot": {
+            "id": facts.robot_id,
+            "hash": facts.robot_hash,
+            "run": facts.run_name,
+            "run_created_at": reader.created_at,
+            "archive": facts.place.archive if facts.place else None,
+            "cell": cell_name(facts.place.cell) if facts.place else None,
+            "evaluation": solution.number,
+            "task": reader.config.task,
+            "modules": facts.morphology.n_modules,
+            "f_s_cm": 100 * facts.f_s,
+            "link": facts.link,
+        },
+        "materials": materials.name,
+        "versions": {"run": reader.versions, "export": made_with},
+        "files": {
+            name: {
+                "bytes": len(files[name]),
+                "sha256": hashlib.sha256(files[name]).hexdigest(),
+                "what": what_is(name),
+            }
+            for name in sorted(files)
+        },
+    }
+    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+
+
+def what_is(name: str) -> str:
+    """Return what a file of the folder is."""
+    return next(what for pattern, what in _WHAT if fnmatch.fnmatch(name, pattern))
+
+
+def _list_of_files(names: set[str]) -> str:
+    """Return the section of the README that lists the folder; names alike are listed together."""
+    lines = ["\n## The whole folder\n\n"]
+    for pattern, what in _WHAT:
+        if fnmatch.filter(names, pattern):
+            lines.append(f"- `{pattern}`: {what}.\n")
+    return "".join(lines)
+
+
+def _internal_cables() -> bytes:
+    header = ["command_degrees", *(f"arm_to_node_{n}_mm" for n in t.SERVO_NODES)]
+    rows = [[c, *(f"{1000 * v:.4f}" for v in row)] for c, row in enumerate(servo.TARGET_LENGTHS)]
+    return csv_text([header, *rows]).encode()
+
+
+def _targets(facts: Facts) -> bytes:
+    header = ["target", "repeat", "score_cm", "closer_by_cm"]
+    start = facts.task.target_distance
+    rows = [
+        [name, k + 1, f"{100 * d:.4f}", f"{100 * (start - d):.4f}"]
+        for name, distances in zip(facts.task.target_names, facts.evaluation.distances, strict=True)
+        for k, d in enumerate(distances)
+    ]
+    return csv_text([header, *rows]).encode()
+
+
+def _paths(facts: Facts) -> bytes:
+    names = [f"{axis}_m, {name}" for name in facts.task.target_names for axis in "xy"]
+    recorded = facts.evaluation.trajectory.astype(float)
+    rows = [
+        [s + 1, *(f"{v:.6f}" for v in np.asarray(recorded[:, s]).ravel())] for s in range(recorded.shape[1])
+    ]
+    return csv_text([["time_s", *names], *rows]).encode()

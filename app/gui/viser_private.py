@@ -1,0 +1,249 @@
+"""The only file that touches viser's private parts.
+
+Each of them is here because nothing public does it:
+
+- ``start_server``: viser has no hook for checking who connects, so the web-socket library's own one, which
+  viser already uses for its pages, is asked first. The share tunnel can be hidden, but not be switched off.
+- ``Gate``: viser writes what a browser sends into its widgets unchecked: any attribute, any value, files of
+  any size.
+- ``ModalHandle``: the type of what ``add_modal`` returns has no public name.
+- ``inputs_of``: a client cannot be asked for its controls.
+- ``put_arrays``: viser compares and copies every array three times, one message each; a replay sends five
+  of them in every frame to every browser.
+- ``uuid_of``: an input can only be found on the page by the id that viser gave it.
+
+All were written for viser 1.1.1, which ``constraints.txt`` pins; ``tests/browser/test_safety.py`` notices if
+another one does not have them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import http
+import math
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+import viser
+import websockets.asyncio.server
+from viser import _messages
+from viser._gui_handles import GuiModalHandle as ModalHandle
+from viser._gui_handles import GuiProgressBarHandle
+from websockets import Headers
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from app.gui.access import Access, Admission, Refusal
+
+__all__ = ["Gate", "ModalHandle", "acceptable", "inputs_of", "put_arrays", "start_server", "uuid_of"]
+
+MAX_MESSAGE: Final = 8 * 1024 * 1024
+"""Bytes of the longest message from a browser; a file comes in parts of half a megabyte."""
+MAX_TEXT: Final = 20_000
+"""Characters of the longest text in a field."""
+MAX_PARTS: Final = 4096
+"""Parts of the largest file."""
+PAGE_HEADERS: Final = {
+    "X-Frame-Options": "SAMEORIGIN",
+    "Content-Security-Policy": "frame-ancestors 'self'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+"""Sent with every page: another origin may neither frame the app to steal clicks nor learn its address."""
+_starting = threading.Lock()
+
+
+def start_server(host: str, port: int, access: Access) -> viser.ViserServer:
+    """Start a viser server that answers nobody whom the rules refuse."""
+    with _starting, _asking_first(access):
+        server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
+    handlers = server._websock_server
+    # all widgets belong to a client; the share messages open a tunnel that shows the server to the world
+    for kind in (
+        _messages.ShareUrlRequest,
+        _messages.ShareUrlDisconnect,
+        _messages.GuiUpdateMessage,
+        _messages.FileTransferStartUpload,
+        _messages.FileTransferPart,
+    ):
+        handlers.unregister_handler(kind)
+    return server
+
+
+@contextlib.contextmanager
+def _asking_first(access: Access) -> Iterator[None]:
+    """Let the server that is started meanwhile ask the rules before it answers a request."""
+    serve = websockets.asyncio.server.serve
+
+    def checked(*args: Any, process_request: Callable[..., Any], **options: Any) -> Any:
+        def ask(connection: ServerConnection, request: Request) -> Any:
+            own = connection.local_address[1]
+            match access.decide(request.path, request.headers.get_all, port=own):
+                case Refusal(status, reason):
+                    return connection.respond(status, f"{reason}\n")
+                case Admission(location, cookie):
+                    headers = Headers({"Location": location, "Set-Cookie": cookie, "Content-Length": "0"})
+                    headers.update(PAGE_HEADERS | {"Cache-Control": "no-store"})
+                    return Response(http.HTTPStatus.SEE_OTHER, "See Other", headers, b"")
+            answer = process_request(connection, request)
+            if answer is not None:
+                answer.headers.update(PAGE_HEADERS)
+            return answer
+
+        return serve(*args, process_request=ask, **options | {"max_size": MAX_MESSAGE})
+
+    # viser looks it up when its thread starts
+    websockets.asyncio.server.serve = checked  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+
+
+def uuid_of(widget: Any) -> str:
+    """Return the id of a widget, which its label on the page carries."""
+    return str(widget._impl.uuid)
+
+
+def inputs_of(gui: viser.GuiApi) -> list[Any]:
+    """Return every control of a browser; a progress bar, which viser counts among them, is none."""
+    found = gui._gui_input_handle_from_uuid.values()
+    return [handle for handle in found if not isinstance(handle, GuiProgressBarHandle)]
+
+
+def put_arrays(handle: viser.SceneNodeHandle, **arrays: np.ndarray) -> None:
+    """Set properties of a node of the scene in one message, without a look at what they were.
+
+    Args:
+        handle: of the node; if it has been removed, nothing happens.
+        arrays: by the names of the properties; of their types, and never changed afterwards.
+    """
+    implementation = handle._impl
+    if implementation.removed:
+        return
+    for name, value in arrays.items():
+        setattr(implementation.props, name, value)
+    message = _messages.SceneNodeUpdateMessage(implementation.name, dict(arrays))
+    implementation.api._queue_scene_message(message)
+
+
+class Gate:
+    """Drops what a browser must not send to its widgets.
+
+    A disabled widget takes nothing. A value must be of its widget's kind, finite, within the slider or among
+    the options. A number's limits are left to those who read it: whoever types 12 passes by 1. Files come
+    only through an upload button that was opened for them, one at a time, and none is larger than it said.
+
+    Args:
+        client: the browser, before it has any widgets.
+    """
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._gui = gui = client.gui
+        self._open: dict[str, tuple[int, Callable[[str], None]]] = {}
+        handlers = gui._websock_interface
+        replaced: tuple[tuple[Any, Any, Any], ...] = (
+            (_messages.GuiUpdateMessage, gui._handle_gui_updates, self._update),
+            (_messages.FileTransferStartUpload, gui._handle_file_transfer_start, self._start),
+            (_messages.FileTransferPart, gui._handle_file_transfer_part, self._part),
+        )
+        for kind, old, new in replaced:
+            handlers.unregister_handler(kind, old)
+            handlers.register_handler(kind, new)
+
+    def open(
+        self, button: viser.GuiUploadButtonHandle, max_bytes: int, refused: Callable[[str], None]
+    ) -> None:
+        """Let files through an upload button.
+
+        Args:
+            button: of this client.
+            max_bytes: of a file.
+            refused: called with a line that says why a file was not taken; must be quick.
+        """
+        self._open[uuid_of(button)] = (max_bytes, refused)
+
+    def taken(self, button: viser.GuiUploadButtonHandle) -> tuple[str, bytes]:
+        """Return the name and the content of the file that came last; viser keeps it no longer."""
+        file = button.value
+        button._impl.value = viser.UploadedFile(name="", content=b"")
+        return file.name, file.content
+
+    async def _update(self, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
+        handle = self._gui._gui_input_handle_from_uuid.get(message.uuid)
+        if handle is not None and set(message.updates) == {"value"}:
+            impl = handle._impl
+            if not getattr(impl.props, "disabled", False) and acceptable(
+                impl.props, impl.value, message.updates["value"]
+            ):
+                await self._gui._handle_gui_updates(client_id, message)
+
+    def _start(self, client_id: Any, message: _messages.FileTransferStartUpload) -> None:
+        opened = self._open.get(message.source_component_uuid)
+        if opened is None:
+            return
+        limit, refused = opened
+        if not 0 < message.size_bytes <= limit:
+            # the browser waits for an end that it will not reach, with its button disabled
+            self._gui._websock_interface.queue_message(
+                _messages.FileTransferPartAck(
+                    source_component_uuid=message.source_component_uuid,
+                    transfer_uuid=message.transfer_uuid,
+                    transferred_bytes=message.size_bytes,
+                    total_bytes=message.size_bytes,
+                )
+            )
+            refused(f"it has {message.size_bytes / 1e6:.1f} MB; from 0 to {limit / 1e6:.1f} MB are taken")
+            return
+        if not 0 < message.part_count <= MAX_PARTS:
+            return
+        self._gui._current_file_upload_states.clear()  # one at a time: the last one
+        self._gui._handle_file_transfer_start(client_id, message)
+
+    def _part(self, client_id: Any, message: _messages.FileTransferPart) -> None:
+        uploads = self._gui._current_file_upload_states
+        state = uploads.get(message.transfer_uuid)
+        if state is None:
+            return
+        if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
+            del uploads[message.transfer_uuid]
+            return
+        self._gui._handle_file_transfer_part(client_id, message)
+
+
+def acceptable(props: Any, now: Any, value: Any) -> bool:
+    """Tell whether a browser may give a widget a value.
+
+    Args:
+        props: the widget's, of one of viser's ``Gui...Props``.
+        now: its value at this moment.
+        value: what the browser sent.
+    """
+    match props:
+        case _messages.GuiUploadButtonProps():
+            return False
+        case _messages.GuiButtonProps() | _messages.GuiCheckboxProps():
+            return isinstance(value, bool)
+        case _messages.GuiTextProps():
+            return isinstance(value, str) and len(value) <= MAX_TEXT
+        case _messages.GuiDropdownProps() | _messages.GuiButtonGroupProps():
+            return isinstance(value, str) and value in props.options
+        case _messages.GuiSliderProps():
+            return _is_number(value) and props.min <= value <= props.max
+        case _messages.GuiMultiSliderProps():
+            return _are_numbers(value, len(now)) and all(props.min <= v <= props.max for v in value)
+        case _messages.GuiNumberProps():
+            return _is_number(value)
+    if isinstance(now, tuple):  # vectors and colours
+        return _are_numbers(value, len(now))
+    return isinstance(value, type(now))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _are_numbers(value: Any, n: int) -> bool:
+    return isinstance(value, Sequence) and len(value) == n and all(map(_is_number, value))

@@ -1,0 +1,57 @@
+"""Small helpers around viser's widgets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import viser
+
+from app.gui.viser_private import uuid_of
+
+
+def put(widget: Any, value: Any, attribute: str = "value") -> None:
+    """Set a widget's value, or another attribute, unless the browser shows it already."""
+    if getattr(widget, attribute) != value:
+        setattr(widget, attribute, value)
+
+
+def put_html(element: Any, content: str) -> None:
+    """Set an HTML element's content, unless it is on the screen already."""
+    if element.content != content:
+        element.content = content
+
+
+def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:
+    """Add a text field that nobody sees, through which scripts of the page reach the app."""
+    channel = gui.add_text(label, "", hint="Between the page and the app; not for people")
+    # visible=False would take it out of the page
+    gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
+    return channel
+
+
+def selector(widget: Any) -> str:
+    """Return the CSS selector of what viser draws around an input with a label."""
+    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
+
+
+def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
+    """Return a style that puts inputs that follow each other into one row, as far as they are visible.
+
+    Args:
+        cells: each input and its share of the width in percent; together 100.
+        labelled: how many of them, from the left, show their labels; None for all. A label that is not
+            seen still names its input to a screen reader.
+    """
+    rules, left = [], 0.0
+    for k, (widget, share) in enumerate(cells):
+        # a button has no label to know it by; it can only be the last
+        this = "*" if isinstance(widget, viser.GuiButtonHandle) else selector(widget)
+        place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%!important"
+        rules.append(f"{this}{{{place}}}" if k == 0 else f"{selector(cells[k - 1][0])}+{this}{{{place}}}")
+        label = "width:auto!important;padding-right:6px"
+        if labelled is not None and k >= labelled:
+            label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
+        if this != "*":
+            rules.append(f"{this}>div>div:has(label){{{label}}}")
+        left += share
+    return f"<style>{''.join(rules)}</style>"

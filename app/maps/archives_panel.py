@@ -1,0 +1,235 @@
+"""The left panel of one browser: which run, its maps, its trend, its generations."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import viser
+
+from app.gui.click_channel import ClickChannel
+from app.gui.widgets import in_a_row, put, put_html
+from app.maps.color_controls import ColorControls, ColorWish
+from app.maps.run_picker import RunPicker
+from app.runs.library import run_state
+from engine.search.archive import Cell
+from engine.storage.generations import Generation
+from engine.storage.reader import RunReader
+from viz import theme
+from viz.maps import keyboard
+from viz.maps.heatmap import Ring
+from viz.maps.interaction import ENLARGE, INSTALL
+from viz.maps.map_pictures import Picture
+from viz.runs import trend
+from viz.runs.run_list import RunFacts, state_markup
+
+WIDTH = 430
+KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
+PLAY_HINT = "Run through the generations, from the first one if the last is shown"
+KEYS_STYLE = (
+    "<style>.ta-keys,.ta-picture:has(.ta-map:focus-visible) .ta-figures{display:none}"
+    ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
+)
+"""A map with the keyboard's focus says what the keys do."""
+_ROBOT = 'div[style*="grid-template-rows"]'
+PHONE_STYLE = (
+    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}'
+    f"div:has(>{_ROBOT} .ta-robot){{display:flex;flex-direction:column}}"
+    f"div:has(>{_ROBOT} .ta-robot)>*{{flex:none}}{_ROBOT}:has(.ta-robot){{order:1}}}}"
+    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
+)
+"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window.
+
+It begins with its main panel, the robot's; the maps are what one begins with, and the replay is next.
+"""
+MAX_MAPS = 4
+"""Maps shown at a time; no layout of the archives of this method has more."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Events:
+    """What the panel reports."""
+
+    run_chosen: Callable[[Path], None]
+    generation_chosen: Callable[[int], None]
+    cell_clicked: Callable[[str, Cell], None]
+    layout_chosen: Callable[[str], None]
+    colors_changed: Callable[[ColorWish], None]
+    growth_played: Callable[[], None]
+    space_pressed: Callable[[], None]
+
+
+class ArchivesPanel:
+    """Shows a run; keeps no state but what is on the screen.
+
+    Args:
+        client: the browser.
+        facts: what is known of a run on offer.
+        events: whom it reports to.
+    """
+
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: Events) -> None:
+        gui = client.gui
+        panel = self.panel = gui.add_panel()
+        """Where tabs of other things may lie beside this one."""
+        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
+            self.picker = RunPicker(gui, facts, events.run_chosen)
+            """The list of runs."""
+            self._status = gui.add_html("")
+            self._notice = gui.add_html("")
+            self._layout = gui.add_dropdown(
+                "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
+            )
+            self._colors = ColorControls(gui, events.colors_changed)
+            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
+            self._rings = gui.add_html("")
+            self._slider = gui.add_slider(
+                "Generation",
+                min=0,
+                max=1,
+                step=1,
+                initial_value=0,
+                disabled=True,
+                hint="Look at the maps as they were; the last generation follows a live run",
+            )
+            self._play = gui.add_button(
+                "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
+            )
+            self._trend = gui.add_html("")
+            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
+            gui.add_html(
+                theme.TEXT_STYLE
+                + KEYS_STYLE
+                + PHONE_STYLE
+                + INSTALL
+                + keyboard.INSTALL
+                + keyboard.render_key("space", "key-space", keys.handler)
+                + in_a_row((self._slider, 78), (self._play, 22))
+            )
+        panel.dock_left()
+        panel.expand()  # which a phone's sheet would leave to the user
+        panel.set_width(WIDTH)
+
+        @self._layout.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                events.layout_chosen(str(event.target.value))
+
+        @self._play.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            events.growth_played()
+
+        @self._slider.on_update
+        def _(event: viser.GuiEvent) -> None:
+            value = event.target.value
+            # a browser may send anything; what Python sets has no client
+            if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
+                events.generation_chosen(int(min(max(value, 0), self._slider.max)))
+
+    def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
+        """List the runs on offer."""
+        self.picker.offer(paths, chosen)
+
+    def show_nothing(self, message: str) -> None:
+        """Say why no maps are shown."""
+        self._status.content = f'<div class="ta-status" style="padding:6px 10px">{message}</div>'
+        self._clear()
+        self.show_changes(())
+        self._slider.disabled = self._play.disabled = True
+
+    def show_status(
+        self, reader: RunReader, generation: Generation | None, n: int, *, live: bool, complete: bool
+    ) -> None:
+        """Show how far the run is and the figures of a generation."""
+        config = reader.config
+        state = run_state(reader.path, live=live, complete=complete)
+        failed = f", {generation.n_failed} failed" if generation and generation.n_failed else ""
+        found = [f.best for f in generation.archives.values() if f.best is not None] if generation else []
+        best = f" · best f<sub>s</sub> {100 * max(found):.2f} cm" if found else ""
+        lines = [
+            f"{html.escape(config.task)} · {html.escape(config.algorithm)} · {state_markup(state)}"
+            f" · {html.escape(reader.created_at[:10])}",
+            f"{n} of {config.evaluations} evaluations{failed}{best}",
+        ]
+        put_html(
+            self._status,
+            '<div class="ta-status" style="font-size:12.5px;line-height:1.5;opacity:.9;padding:0 10px 2px">'
+            + "<br>".join(lines)
+            + "</div>",
+        )
+        if generation is None:
+            self._clear()
+            self._maps[0].content = (
+                '<div style="padding:24px 10px;opacity:.8">The maps appear when the first generation,'
+                " all of random robots, has been evaluated.</div>"
+            )
+
+    def show_changes(self, changes: Sequence[str]) -> None:
+        """Say what has changed since the run was made, if anything."""
+        text = html.escape(", ".join(changes).replace("->", "→"))
+        self._notice.content = (
+            '<div class="ta-changes" style="font-size:11.5px;line-height:1.45;margin:2px 10px 4px;'
+            'padding:3px 8px;border-left:2px solid #e0a458;opacity:.85">replays may differ: '
+            f"{text}</div>"
+            if changes
+            else ""
+        )
+
+    def offer_views(
+        self, layouts: Sequence[str], layout: str, colorings: Sequence[str], coloring: str
+    ) -> None:
+        """List the ways to draw the run's maps and to colour them."""
+        if tuple(layouts) != tuple(self._layout.options):
+            self._layout.options = tuple(layouts)
+        put(self._layout, layout)
+        self._colors.offer(colorings, coloring)
+        self._layout.visible = len(layouts) > 1
+
+    def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
+        """Draw the maps of a generation, each with the mark of the chosen robot, if it has one."""
+        lengths = [p.scale for p in pictures if p.scale.title.startswith("f_s")]
+        self._colors.show_limits((lengths[0].low, lengths[0].high) if lengths else None)
+        drawn = [self._draw(p, r) for p, r in zip(pictures, rings, strict=True)]
+        drawn = drawn or [
+            '<div style="padding:24px 10px;opacity:.8">Archives of two to four axes can be drawn;'
+            " this run has none.</div>"
+        ]
+        for k, handle in enumerate(self._maps):
+            put_html(handle, drawn[k] if k < len(drawn) else "")
+        put_html(self._rings, "".join(p.ring_style(r) for p, r in zip(pictures, rings, strict=True)))
+
+    def show_trend(self, generations: Sequence[Generation], shown: int) -> None:
+        """Draw the trends and put the slider at the shown generation."""
+        last = generations[-1].number
+        # before the trend: who sees that may move the slider at once
+        put(self._slider, max(last, 1), "max")
+        put(self._slider, last == 0, "disabled")
+        put(self._play, last == 0, "disabled")
+        put(self._slider, shown)
+        drawn = trend.render(generations, shown)
+        put_html(self._trend, f'<div style="padding:0 10px;max-width:420px">{drawn}</div>')
+
+    def show_growth_playing(self, playing: bool) -> None:
+        """Let the button by the slider stop what plays, or play."""
+        self._play.label = "Hold" if playing else "Grow"
+        self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
+
+    def _draw(self, picture: Picture, ring: Ring | None) -> str:
+        enlarge = ENLARGE if picture.view.kind == "nested" else ""
+        return (
+            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
+            'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
+            f"{html.escape(picture.title)}</b>"
+            f'<span class="ta-figures" style="font-size:11.5px;opacity:.8">{html.escape(picture.figures)}'
+            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
+            f'<div style="max-width:410px">{picture.render(ring, self._handler)}</div></div>'
+        )
+
+    def _clear(self) -> None:
+        self._layout.visible = False
+        for handle in (*self._maps, self._rings, self._trend):
+            put_html(handle, "")

@@ -1,0 +1,116 @@
+"""The list of runs of one browser: folded to the chosen one, unfolded to all with what each is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import viser
+
+from app.gui.click_channel import ClickChannel
+from app.gui.viser_private import uuid_of
+from app.gui.widgets import put_html
+from viz.runs import run_list
+from viz.runs.run_list import RunFacts
+
+
+class RunPicker:
+    """Lets a run be chosen.
+
+    Args:
+        gui: of one client, inside the panel that it belongs to.
+        facts: what is known of a run.
+        chosen: called with the run that the user chooses.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, facts: Callable[[Path], RunFacts], chosen: Callable[[Path], None]
+    ) -> None:
+        self._facts = facts
+        self._report = chosen
+        self._labels: dict[str, Path] = {}
+        self._listed: tuple[Path, ...] | None = None
+        self._chosen: Path | None = None
+        self._head = gui.add_html("")
+        self._list = gui.add_html("")
+        self.upload = gui.add_upload_button(
+            "Upload a run",
+            icon=viser.Icon.UPLOAD,
+            color="gray",
+            mime_type=".tsmr",
+            hint="Bring a run file, *.tsmr, from your machine; it is checked and kept in runs/uploads",
+        )
+        """Brings run files; shown with the list once ``allow_upload`` was called."""
+        self._may_upload = False
+        # viser shows an upload button whatever its ``visible`` says
+        self._hide_upload = f"<style>div:has(>[id='{uuid_of(self.upload)}']){{display:none}}</style>"
+        self._upload_style = gui.add_html(self._hide_upload)
+        self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
+        self._show_head()
+
+    def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
+        """Offer runs; an unfolded list stays as it is unless there are others, so that it holds still."""
+        self._labels = label_paths(paths)
+        self._chosen = chosen
+        self._show_head()
+        if self._listed is not None and self._listed != tuple(paths):
+            self._show_list()
+
+    def allow_upload(self) -> None:
+        """Offer to bring run files below the list."""
+        self._may_upload = True
+        self._show_upload(self._listed is not None)
+
+    def show_list(self) -> None:
+        """Unfold the list."""
+        self._show_list()
+        self._show_head()
+
+    def _clicked(self, name: str, index: tuple[int, ...]) -> None:
+        if name == "runs":
+            if self._listed is None:
+                self._show_list()
+            else:
+                self._fold()
+            self._show_head()
+        elif name == "run" and self._listed is not None and index[0] < len(self._listed):
+            path = self._listed[index[0]]
+            self._fold()
+            self._show_head()
+            self._report(path)
+
+    def _show_head(self) -> None:
+        label = next((label for label, path in self._labels.items() if path == self._chosen), "")
+        content = run_list.render_chosen(label, len(self._labels), self._listed is not None, self._handler)
+        put_html(self._head, content)
+
+    def _show_list(self) -> None:
+        self._listed = tuple(self._labels.values())
+        index = self._listed.index(self._chosen) if self._chosen in self._listed else None
+        runs = [(label, self._facts(path)) for label, path in self._labels.items()]
+        self._list.content = run_list.render_list(runs, index, self._handler)
+        self._show_upload(True)
+
+    def _fold(self) -> None:
+        self._listed = None
+        self._list.content = ""
+        self._show_upload(False)
+
+    def _show_upload(self, shown: bool) -> None:
+        put_html(self._upload_style, "" if shown and self._may_upload else self._hide_upload)
+
+
+def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
+    """Return short, distinct labels for run files: as many folders of the path as it takes."""
+    labels: dict[str, Path] = {}
+    for path in paths:
+        parts = path.with_suffix("").parts
+        label = next(
+            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _ends(paths, parts[-n:]) == 1), str(path)
+        )
+        labels[label] = path
+    return labels
+
+
+def _ends(paths: Sequence[Path], end: tuple[str, ...]) -> int:
+    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)

@@ -1,0 +1,148 @@
+"""What is drawn besides a robot's body: the numbers of its modules, where it touches, its head's trail.
+
+Each is one batch, so one message however large the robot is, and sent only when it has changed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import viser
+
+from app.gui.viser_private import put_arrays
+from engine.replay.replay import Playable
+from viz import theme
+from viz.robot.stroke_font import NumberStrokes
+
+TRAIL_STEP = 5
+"""Frames between two points of the trail."""
+TRAIL_HEIGHT = 0.002
+CONTACT_SIZE = 0.007
+CONTACT_LIFT = 0.003
+"""Metres that the marks lie above the points of contact, out of the ground."""
+NUMBER_SIZE = 0.022
+NUMBER_LIFT = 0.062
+"""Metres from a module's centre up to the lower edge of its number: just above the module."""
+NUMBER_STEP = 0.001
+"""Metres that a module moves before its number moves with it."""
+TURN_STEP = 0.01
+"""Radians, roughly, that the camera turns before the numbers turn with it."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Marks:
+    """Which marks are shown."""
+
+    tension: bool = True
+    numbers: bool = True
+    contacts: bool = True
+    trail: bool = True
+
+
+class MarkLayer:
+    """Draws the marks of one replay.
+
+    Args:
+        scene: of one client.
+        replay: the robot.
+        prefix: name of the node that everything hangs below.
+        trail: colour of the trail of its head.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        replay: Playable,
+        *,
+        prefix: str = "",
+        trail: tuple[int, int, int] = theme.TRAIL,
+    ) -> None:
+        self._replay = replay
+        n = replay.morphology.n_modules
+        self._strokes = NumberStrokes(range(1, n + 1), height=NUMBER_SIZE)
+        colors = np.tile(np.array(theme.NUMBER, dtype=np.uint8), (len(self._strokes.owner), 2, 1))
+        colors[self._strokes.owner == replay.head.module] = theme.HEAD_ROD
+        nothing = np.zeros((1, 2, 3), dtype=np.float32)
+        self._numbers = scene.add_line_segments(
+            f"{prefix}/robot/numbers",
+            np.zeros((len(colors), 2, 3), dtype=np.float32),
+            theme.linear(colors),
+            thickness=0.0022,
+            visible=False,
+        )
+        self._trail = scene.add_line_segments(f"{prefix}/trail", nothing, trail, thickness=0.003)
+        self._contacts = scene.add_point_cloud(
+            f"{prefix}/robot/contacts",
+            nothing[0],
+            theme.CONTACT,
+            point_size=CONTACT_SIZE,
+            point_shape="circle",
+            point_shading="flat",
+            precision="float32",
+            visible=False,
+        )
+        self._trail_end = -1
+        self._touching: np.ndarray | None = None
+        self._centres: np.ndarray | None = None
+        self._facing: np.ndarray | None = None
+
+    def remove(self) -> None:
+        """Take all marks away."""
+        for handle in (self._numbers, self._trail, self._contacts):
+            handle.remove()
+
+    def show(self, index: int, centres: np.ndarray, marks: Marks, facing: np.ndarray) -> None:
+        """Draw the marks of a frame.
+
+        Args:
+            index: of the recorded frame that is nearest.
+            centres: (modules, 3) of the modules, in m.
+            marks: which ones.
+            facing: (2, 3) directions in the world that are right and up on the screen.
+        """
+        trail, contacts = self._path(index), self._replay.frames[index].contacts
+        _see(self._trail, visible=marks.trail)
+        if marks.trail and trail is not None:
+            self._trail.points = trail
+        _see(self._contacts, visible=marks.contacts and len(contacts) > 0)
+        if marks.contacts and len(contacts) and contacts is not self._touching:
+            self._touching = contacts
+            self._contacts.points = contacts + np.array([0.0, 0.0, CONTACT_LIFT], dtype=np.float32)
+        self._show_numbers(centres, marks, facing)
+
+    def face(self, marks: Marks, facing: np.ndarray) -> None:
+        """Turn the numbers to a camera that has turned."""
+        if self._centres is not None:
+            self._show_numbers(self._centres, marks, facing)
+
+    def _show_numbers(self, centres: np.ndarray, marks: Marks, facing: np.ndarray) -> None:
+        if marks.numbers and not (
+            self._centres is not None
+            and self._facing is not None
+            and np.abs(centres - self._centres).max() < NUMBER_STEP
+            and np.abs(facing - self._facing).max() < TURN_STEP
+        ):
+            self._centres, self._facing = centres, facing
+            points = centres + np.array([0.0, 0.0, NUMBER_LIFT])
+            put_arrays(self._numbers, points=self._strokes.place(points, facing[0], facing[1]))
+        _see(self._numbers, visible=marks.numbers)
+
+    def _path(self, index: int) -> np.ndarray | None:
+        """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""
+        end = index // TRAIL_STEP
+        if end == self._trail_end:
+            return None
+        self._trail_end = end
+        replay = self._replay
+        first = round(-replay.start_time / replay.frame_period)
+        heads = [f.head for f in replay.frames[max(first - 1, 0) : index + 1 : TRAIL_STEP]]
+        if len(heads) < 2:
+            return np.zeros((1, 2, 3), dtype=np.float32)
+        points = np.column_stack([np.array(heads), np.full(len(heads), TRAIL_HEIGHT)])
+        return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+
+
+def _see(handle: viser.SceneNodeHandle, *, visible: bool) -> None:
+    if handle.visible != visible:
+        handle.visible = visible

@@ -1,0 +1,184 @@
+"""One robot in its world as nodes of a 3D scene: body, marks, target, walls."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import trimesh
+import viser
+from scipy.spatial.transform import Rotation
+
+from app.gui.viser_private import put_arrays
+from app.replay.overlays import MarkLayer, Marks
+from engine.body.module import ROD_LENGTH
+from engine.replay.replay import Playable
+from engine.tasks.walls import Wall
+from viz import theme
+from viz.robot.drawn_replay import DrawnReplay
+from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
+
+TARGET_RADIUS = 0.02
+TARGET_HEIGHT = 0.06
+WALL_OPACITY = 0.22
+BOX_EDGES = np.array(
+    [
+        [corner, corner + 2.0 * axis]
+        for axis in np.eye(3)
+        for corner in np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+        if corner @ axis < 0.0
+    ]
+)
+"""(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
+N_SIDES = 10
+"""Of a rod as it is drawn: a computer without a graphics card feels every triangle."""
+COLOR_STEP = 3
+"""Frames between two colours of the cables: they change slowly, and are a seventh of what a frame takes."""
+
+
+class RobotDrawing:
+    """Draws one replay; several, each below a node of its own, can share a scene.
+
+    Args:
+        scene: of one client.
+        replay: the robot; there must be a frame of it.
+        prefix: name of the node that everything hangs below, such as ``/lanes/1``; wherever that is moved
+            to, all goes with it.
+        trail: colour of the trail of its head.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        replay: Playable,
+        *,
+        prefix: str = "",
+        trail: tuple[int, int, int] = theme.TRAIL,
+    ) -> None:
+        self._scene, self._prefix = scene, prefix
+        self.replay = replay
+        geometry = RobotGeometry(replay.morphology, replay.head.module)
+        self._drawn = DrawnReplay(geometry, replay)
+        drawing = self._drawn.at(replay.start_time, tension=True)
+        tube = _tube(N_SIDES)
+        sphere = trimesh.creation.icosphere(subdivisions=1)
+        n_rods = len(drawing.rod_positions)
+        self._rods = scene.add_batched_meshes_simple(
+            f"{prefix}/robot/rods",
+            tube.vertices,
+            tube.faces,
+            batched_wxyzs=drawing.rod_turns,
+            batched_positions=drawing.rod_positions,
+            batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
+            batched_colors=theme.linear(geometry.rod_colors),
+            lod="off",
+        )
+        self._nodes = scene.add_batched_meshes_simple(
+            f"{prefix}/robot/nodes",
+            sphere.vertices,
+            sphere.faces,
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(drawing.nodes), 1)),
+            batched_positions=drawing.nodes,
+            batched_scales=geometry.node_radii,
+            batched_colors=theme.linear(geometry.node_colors),
+            lod="off",
+            cast_shadow=False,  # the rods' are enough to see where the robot touches the ground
+        )
+        self._cables = scene.add_line_segments(
+            f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
+        )
+        self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
+        self._layer = MarkLayer(scene, replay, prefix=prefix, trail=trail)
+        self._colored = (-1, True)
+        self._has_target = False
+        if replay.target is None:  # what there is already
+            self._add_walls(replay.walls)
+
+    def place_world(self) -> bool:
+        """Put up target and walls as soon as they are known; return whether that was now."""
+        if self._has_target or self.replay.target is None:
+            return False
+        self._add_target(self.replay.target)
+        self._add_walls(self.replay.walls)
+        return True
+
+    def compute(self, moment: float, marks: Marks) -> Drawing:
+        """Return what ``show`` takes of a moment: whatever takes time, to be done while messages flow."""
+        return self._drawn.at(moment, tension=marks.tension)
+
+    def show(self, index: int, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
+        """Draw a moment; call it within ``client.atomic``, so that it arrives as one.
+
+        Args:
+            index: of the recorded frame that is nearest.
+            drawing: of the moment, by ``compute``.
+            marks: what else to draw.
+            facing: (2, 3) directions that are right and up on the screen, below the node of ``prefix``.
+        """
+        put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
+        put_arrays(self._nodes, batched_positions=drawing.nodes)
+        put_arrays(self._cables, points=drawing.cables)
+        colored = (index // COLOR_STEP if marks.tension else 0, marks.tension)
+        if colored != self._colored:
+            self._cables.colors = theme.linear(drawing.cable_colors)
+        self._colored = colored
+        self._layer.show(index, drawing.centres, marks, facing)
+
+    def face(self, marks: Marks, facing: np.ndarray) -> None:
+        """Turn the numbers of the modules to a camera that has turned."""
+        self._layer.face(marks, facing)
+
+    def remove(self) -> None:
+        """Take everything away."""
+        for handle in self._handles:
+            handle.remove()
+        self._handles = []
+        self._layer.remove()
+
+    def _add_target(self, target: np.ndarray) -> None:
+        post = self._scene.add_cylinder(
+            f"{self._prefix}/target/post",
+            radius=TARGET_RADIUS,
+            height=TARGET_HEIGHT,
+            color=theme.TARGET,
+            opacity=0.55,
+            position=(float(target[0]), float(target[1]), TARGET_HEIGHT / 2),
+        )
+        self._handles.append(post)
+        self._has_target = True
+
+    def _add_walls(self, walls: Sequence[Wall]) -> None:
+        """Draw walls as glass with bright edges, through which the robot stays visible."""
+        edges = []
+        for k, wall in enumerate(w for w in walls if not w.is_buried):
+            turn = Rotation.from_euler("z", wall.yaw)
+            half = np.array(wall.half_size)
+            self._handles.append(
+                self._scene.add_box(
+                    f"{self._prefix}/walls/{k}",
+                    color=theme.WALL,
+                    dimensions=tuple(2.0 * half),
+                    opacity=WALL_OPACITY,
+                    side="front",
+                    cast_shadow=False,
+                    wxyz=turn.as_quat(scalar_first=True),
+                    position=wall.centre,
+                )
+            )
+            edges.append(turn.apply(BOX_EDGES.reshape(-1, 3) * half) + wall.centre)
+        if edges:
+            points = np.concatenate(edges).reshape(-1, 2, 3).astype(np.float32)
+            self._handles.append(
+                self._scene.add_line_segments(
+                    f"{self._prefix}/walls/edges", points, theme.WALL_EDGE, thickness=0.002
+                )
+            )
+
+
+def _tube(n_sides: int) -> trimesh.Trimesh:
+    """Return a cylinder of radius and height 1 without its ends, which lie within the nodes."""
+    tube = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=n_sides)
+    tube.update_faces(np.abs(tube.face_normals[:, 2]) < 0.5)
+    tube.remove_unreferenced_vertices()
+    return tube

@@ -1,0 +1,280 @@
+"""The bottom panel of one browser: play, pause, scrub, speed, which trial."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import secrets
+from collections.abc import Callable, Sequence
+
+import viser
+
+from app.gui.widgets import put
+from app.replay.overlays import Marks
+from app.replay.player import Player
+from app.replay.replay_line import describe
+from app.replay.transport_layout import MIN_WIDTH, WIDTH, layout
+from engine.replay.replay import MAX_FRESH
+from engine.replay.trial import FIRST_TRIAL, TrialChoice
+from viz.robot import tension_legend
+from viz.robot.geometry import full_tension
+
+SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
+MARGIN = 20
+EXTENSION = 20.0
+FRESH = "fresh"
+ELSEWHERE = "elsewhere…"
+DRAWN_FROM = 9999
+"""Fresh noise that is drawn has a number up to this; any other can be typed."""
+NOTHING = "Click a filled cell of a map to watch its robot."
+UPDATE_INTERVAL = 0.2
+"""Seconds of playing between two updates of the slider."""
+MARK_HINTS = {
+    "tension": "Colour every cable by its tension; the legend below says how many newtons",
+    "numbers": "The number of each module, the head's in its colour",
+    "contacts": "A dot wherever the robot touches the ground or a wall",
+    "trail": "Where the head has been since the target was placed",
+}
+"""Names of ``Marks`` and what their checkboxes say."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Events:
+    """What the panel reports."""
+
+    trial_chosen: Callable[[TrialChoice], None]
+    elsewhere: Callable[[], None]
+    """Called when the user wants to place the target."""
+    follow_changed: Callable[[bool], None]
+    marks_changed: Callable[[Marks], None]
+
+
+class TransportPanel:
+    """Controls a player and shows where it is.
+
+    Args:
+        client: the browser.
+        player: what it controls.
+        events: whom it reports to.
+        taken: width in pixels that docked panels take.
+        step: of the slider, in s.
+    """
+
+    def __init__(
+        self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int, step: float = 0.1
+    ) -> None:
+        gui = client.gui
+        self._player = player
+        self._shown_time = -1e9
+        self._step = step
+        self._events = events
+        self._targets: tuple[str, ...] = ()
+        self._trial = FIRST_TRIAL
+        width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
+        panel = gui.add_panel()
+        with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
+            gui.add_html(layout(width))
+            self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
+            self._slider = gui.add_slider(
+                "Time",
+                min=-3.0,
+                max=40.0,
+                step=step,
+                initial_value=-3.0,
+                hint="Seconds since the target was placed; before 0 the robot settles",
+            )
+            self._more = gui.add_button(
+                f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
+            )
+            self._target = gui.add_dropdown(
+                "Target",
+                ("-",),
+                hint="Which target it crawls to; elsewhere: click on the ground where it is to be",
+            )
+            self._noise = gui.add_dropdown(
+                "Noise",
+                ("exact 1", FRESH),
+                hint="exact: the very noise it was evaluated with. fresh: noise that it never felt",
+            )
+            self._fresh = gui.add_number(
+                "No.",
+                1,
+                min=1,
+                max=MAX_FRESH,
+                step=1,
+                disabled=True,
+                hint="Which fresh noise; the same number is the same noise again",
+            )
+            self._draw = gui.add_button(
+                "Draw", icon=viser.Icon.DICE_5, color="gray", hint="Replay under fresh noise, drawn at random"
+            )
+            self._speed = gui.add_dropdown(
+                "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
+            )
+            gui.add_html('<div style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
+            shown = Marks()
+            self._marks = {
+                name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
+                for name, hint in MARK_HINTS.items()
+            }
+            self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
+            self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
+            self._text = gui.add_html(_text(NOTHING))
+        panel.float(x=MARGIN, y=-15, width=width)
+        panel.expand()  # on a phone, too
+
+        @self._play.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            player.toggle()
+            self.refresh()
+
+        @self._slider.on_update
+        def _(event: viser.GuiEvent) -> None:
+            value = event.target.value
+            if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
+                player.seek(float(value))
+
+        @self._more.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            player.extend(EXTENSION)
+            self.refresh()
+
+        @self._speed.on_update
+        def _(event: viser.GuiEvent) -> None:
+            player.speed = SPEEDS.get(str(event.target.value), 1.0)
+
+        @self._loop.on_update
+        def _(event: viser.GuiEvent) -> None:
+            player.loop = event.target.value is True
+
+        @self._follow.on_update
+        def _(event: viser.GuiEvent) -> None:
+            events.follow_changed(event.target.value is True)
+
+        @self._target.on_update
+        @self._noise.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                self._choose(draw=event.target is self._noise)
+
+        @self._fresh.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and self._noise.value == FRESH:
+                self._choose()
+
+        @self._draw.on_click
+        def _(_event: viser.GuiEvent) -> None:
+            self._choose(fresh=True, draw=True)
+
+        for checkbox in self._marks.values():
+
+            @checkbox.on_update
+            def _(event: viser.GuiEvent) -> None:
+                if event.client is not None:
+                    events.marks_changed(
+                        Marks(**{name: box.value is True for name, box in self._marks.items()})
+                    )
+                    self.refresh()
+
+    def set_trials(self, targets: Sequence[str], repeats: int) -> None:
+        """Offer the trials of a run, towards targets with names."""
+        self._targets = tuple(f"{k + 1}: {name}" for k, name in enumerate(targets))
+        self._offer_targets()
+        noises = (*(_exact(k) for k in range(repeats)), FRESH)
+        if tuple(self._noise.options) != noises:
+            self._noise.options = noises
+
+    def show_only(self, speed: str) -> None:
+        """Offer no other trial and nothing past the end.
+
+        Args:
+            speed: to begin with, one of ``SPEEDS``.
+        """
+        for widget in (self._more, self._target, self._noise, self._fresh, self._draw):
+            widget.disabled = True
+        put(self._speed, speed)
+        self._player.speed = SPEEDS[speed]
+
+    def select_trial(self, trial: TrialChoice) -> None:
+        """Show which trial is played."""
+        self._trial = trial
+        self._offer_targets()
+        self._select_target()
+        put(self._noise, FRESH if trial.fresh else _exact(trial.repeat))
+        if trial.fresh:
+            put(self._fresh, trial.fresh)
+        self._fresh.disabled = not trial.fresh
+
+    def _offer_targets(self) -> None:
+        """Offer the targets of the task, the one that was placed, if any, and to place one."""
+        aim = self._trial.aim
+        offered = (*self._targets, *(() if aim is None else (aim.name,)), ELSEWHERE)
+        if tuple(self._target.options) != offered:
+            self._target.options = offered
+
+    def _select_target(self) -> None:
+        trial = self._trial
+        put(self._target, self._targets[trial.target] if trial.aim is None else trial.aim.name)
+
+    def _choose(self, *, fresh: bool = False, draw: bool = False) -> None:
+        """Report the trial that the widgets say; what is no choice on offer is dropped."""
+        noises, name, trial = tuple(self._noise.options), self._target.value, self._trial
+        if name == ELSEWHERE:
+            self._select_target()
+            self._events.elsewhere()
+            return
+        if name in self._targets:
+            trial = TrialChoice(target=self._targets.index(name))
+        elif trial.aim is None or name != trial.aim.name:
+            return
+        if self._noise.value not in noises:
+            return
+        repeat = noises.index(self._noise.value)
+        number = 0
+        if fresh or self._noise.value == FRESH:
+            repeat = 0
+            typed = self._fresh.value
+            number = 1 + secrets.randbelow(DRAWN_FROM) if draw else typed
+            if not isinstance(number, int | float) or not math.isfinite(number):
+                return
+            number = int(min(max(number, 1), MAX_FRESH))
+        self._events.trial_chosen(dataclasses.replace(trial, repeat=repeat, fresh=number))
+
+    def refresh(self) -> None:
+        """Show where the player is."""
+        player, replay = self._player, self._player.replay
+        if replay is None:
+            self._text.content = _text(NOTHING)
+            return
+        label = "Pause" if player.playing else "Play"
+        if self._play.label != label:
+            self._play.label = label
+            self._play.icon = viser.Icon.PLAYER_PAUSE if player.playing else viser.Icon.PLAYER_PLAY
+        if self._slider.min != replay.start_time:
+            self._slider.min = replay.start_time
+        if self._slider.max != player.until:
+            self._slider.max = player.until
+        moment = self._step * round(player.time / self._step)
+        put(self._slider, round(min(max(moment, self._slider.min), self._slider.max), 3))
+        self._shown_time = player.time
+        self._text.content = _text(
+            describe(player),
+            tension_legend.render(full_tension(replay.morphology)) if self._marks["tension"].value else "",
+        )
+
+    def tick(self) -> None:
+        """Refresh now and then while playing."""
+        interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
+        if abs(self._player.time - self._shown_time) >= interval:
+            self.refresh()
+
+
+def _exact(repeat: int) -> str:
+    return f"exact {repeat + 1}"
+
+
+def _text(line: str, legend: str = "") -> str:
+    return (
+        '<div style="font-size:12.5px;opacity:.85;padding:4px 10px 6px;display:flex;flex-wrap:wrap;'
+        f'justify-content:space-between;gap:0 12px"><span class="ta-replay">{line}</span>{legend}</div>'
+    )

@@ -1,0 +1,162 @@
+"""Pinned robots of one browser: up to four of any runs, to see side by side."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+
+import viser
+
+from app.gui.actions import Actions
+from app.gui.click_channel import ClickChannel
+from app.gui.widgets import put_html
+from app.replay.side_by_side import MAX_LANES, LaneReplay
+from engine.errors import InvalidData
+from engine.replay.replay import Replay
+from engine.replay.trial import TrialChoice
+from engine.tasks import get_task
+from viz.robot import robot_differences as differences
+from viz.robot.robot_differences import Entry
+
+NOTHING = (
+    '<div style="font-size:12.5px;line-height:1.45;opacity:.7;padding:2px 10px 6px">Pin up to four robots, of'
+    " any runs, and see them crawl side by side.</div>"
+)
+TELL_INTERVAL = 0.3
+"""Seconds between two updates of the distances."""
+
+
+class PinsPanel:
+    """Keeps the pinned robots and shows what they differ in.
+
+    Args:
+        client: the browser; the folder goes into its main panel.
+        actions: of the browser.
+        play: called when lanes are to be played, other ones than before, or the one robot again.
+    """
+
+    def __init__(self, client: viser.ClientHandle, actions: Actions, play: Callable[[], None]) -> None:
+        gui = client.gui
+        self._play = play
+        self._chosen: Entry | None = None
+        self._pins: list[Entry] = []
+        self._told = 0.0
+        self.side_by_side = False
+        """Whether the arena shows the pinned robots instead of the chosen one."""
+        with gui.add_folder("Side by side"):
+            self._list = gui.add_html(NOTHING)
+            self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="pins").handler
+            self._toggle = gui.add_button(
+                "Side by side",
+                icon=viser.Icon.COLUMNS,
+                visible=False,
+                hint="Replay the pinned robots in lanes, in step; the transport plays all of them",
+            )
+            self._now = gui.add_html("")
+            self._table = gui.add_html("")
+        self._toggle.on_click(lambda _event: actions.guarded(self._switch)())
+
+    @property
+    def pins(self) -> tuple[Entry, ...]:
+        """The pinned robots."""
+        return tuple(self._pins)
+
+    def choose(self, robot: Entry | None) -> None:
+        """Offer a robot to be pinned, and go back to showing one robot at a time."""
+        self._chosen = robot
+        self.leave()
+        self._show()
+
+    def leave(self) -> None:
+        """Show one robot again, without playing it."""
+        self.side_by_side = False
+        put_html(self._now, "")
+        self._show()
+
+    def replay(self, trial: TrialChoice) -> LaneReplay:
+        """Return the replay of the pinned robots; of a run with fewer targets or seeds its last one."""
+        return lane_replay(self._pins, trial)
+
+    def lane_names(self) -> list[str]:
+        """Return what the lanes are labelled with."""
+        return [differences.lane_name(e, k) for k, e in enumerate(self._pins)]
+
+    def tell(self, replay: LaneReplay, moment: float) -> None:
+        """Show how far every robot is from its target, now and then and where the replay ends."""
+        early = time.monotonic() - self._told < TELL_INTERVAL and moment < replay.reached()
+        if early or not self.side_by_side:
+            return
+        self._told = time.monotonic()
+        lanes = [(r.failure, replay.distance(k, moment)) for k, r in enumerate(replay.lanes)]
+        put_html(self._now, differences.render_distances(lanes))
+
+    def _clicked(self, name: str, index: tuple[int, ...]) -> None:
+        if name == "unpin" and index[0] < len(self._pins):
+            del self._pins[index[0]]
+            self._changed()
+
+    def pin_or_unpin(self) -> None:
+        """Pin the chosen robot, or unpin it if it is pinned.
+
+        Raises:
+            InvalidData: there is none, or four are pinned already.
+        """
+        robot = self._chosen
+        if robot is None:
+            raise InvalidData("Click a filled cell of a map first.")
+        known = self._index(robot)
+        if known is not None:
+            del self._pins[known]
+        elif len(self._pins) == MAX_LANES:
+            raise InvalidData(f"{MAX_LANES} robots are pinned already: unpin one first.")
+        else:
+            self._pins.append(robot)
+        self._changed()
+
+    def _switch(self) -> None:
+        self.side_by_side = not self.side_by_side and bool(self._pins)
+        put_html(self._now, "")
+        self._show()
+        self._play()
+
+    def _changed(self) -> None:
+        was = self.side_by_side
+        self.side_by_side = was and bool(self._pins)
+        self._show()
+        if was:
+            self._play()
+
+    def _show(self) -> None:
+        put_html(self._list, differences.render_pins(self._pins, self._handler) or NOTHING)
+        put_html(self._table, differences.render(self._pins))
+        self._toggle.visible = bool(self._pins)
+        label = "Back to one robot" if self.side_by_side else "Side by side"
+        if self._toggle.label != label:
+            self._toggle.label = label
+            self._toggle.icon = viser.Icon.ARROW_BACK if self.side_by_side else viser.Icon.COLUMNS
+
+    def _index(self, robot: Entry) -> int | None:
+        """Return where a robot is pinned, None if it is not."""
+        same = (k for k, e in enumerate(self._pins) if (e.path, e.number) == (robot.path, robot.number))
+        return next(same, None)
+
+
+def lane_replay(robots: Sequence[Entry], trial: TrialChoice) -> LaneReplay:
+    """Return a replay of robots in step: their trials towards one target with one noise seed.
+
+    Args:
+        robots: one to four.
+        trial: of each; of a run with fewer targets or noise seeds its last one.
+
+    Raises:
+        InvalidData: today's robots do not survive the physics of one's run.
+    """
+    lanes = []
+    for robot in robots:
+        n_targets, repeats = get_task(robot.config.task).n_targets, robot.config.trials.repeats
+        known = dataclasses.replace(
+            trial, target=min(trial.target, n_targets - 1), repeat=min(trial.repeat, repeats - 1)
+        )
+        lanes.append(Replay.of(robot.config, robot.evaluation, known))
+    return LaneReplay(lanes)

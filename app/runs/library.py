@@ -1,0 +1,184 @@
+"""The run files on offer, opened once for all browsers, and a watch on those that are shown."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from engine.analysis.robustness import robust_stamp
+from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.storage.reader import RunReader
+from engine.storage.writer import SUFFIX
+from viz.runs.run_list import RunFacts, State
+
+log = logging.getLogger(__name__)
+
+POLL_INTERVAL = 0.25
+"""Seconds between two looks at the shown runs."""
+PROJECT_ARCHIVES = Path(__file__).resolve().parents[2] / "saved_archives"
+NEW_RUNS = Path("runs")
+UPLOADS = NEW_RUNS / "uploads"
+"""Where the files lie that browsers brought."""
+PAUSED_SUFFIX = ".paused"
+"""Ending of the marker beside a run that its user has paused."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RunStatus:
+    """How far a run is: what a watcher compares.
+
+    Attributes:
+        generation: number of the last closed one.
+        n_evaluations: that are saved.
+        live: whether it is being written.
+        robust: changes with what ``tensatlas reevaluate`` has found; None for nothing.
+    """
+
+    generation: int | None
+    n_evaluations: int
+    live: bool
+    robust: tuple[int, int] | None = None
+
+
+Listener = Callable[[Path, RunStatus], None]
+
+
+def run_state(path: Path, *, live: bool, complete: bool) -> State:
+    """Return what is said of a run: whether somebody works on it, and if not, why."""
+    if live:
+        return "live"
+    if complete:
+        return "finished"
+    return "paused" if path.with_name(path.name + PAUSED_SUFFIX).exists() else "stopped"
+
+
+class Library:
+    """Finds runs, keeps their readers, tells listeners when a watched run moves on.
+
+    Args:
+        places: run files and folders to offer; empty for the shipped archives and ``runs/``.
+    """
+
+    def __init__(self, places: Sequence[Path] = ()) -> None:
+        self._places = tuple(places) or (PROJECT_ARCHIVES, NEW_RUNS)
+        self._readers: dict[Path, tuple[int, RunReader]] = {}
+        self._mutex = threading.Lock()
+        self._listeners: dict[object, tuple[Path, Listener, RunStatus]] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="library", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop watching and close all files."""
+        self._stop.set()
+        self._thread.join()
+        with self._mutex:
+            for _, reader in self._readers.values():
+                reader.close()
+            self._readers.clear()
+
+    def runs(self) -> list[Path]:
+        """Return the run files on offer: those named first, then by name; a new run appears by itself."""
+        found: dict[Path, None] = {}
+        for place in self._places:
+            if place.is_dir():
+                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
+            elif place.is_file():
+                found[place] = None
+        for place in (NEW_RUNS, UPLOADS):
+            if place.is_dir():
+                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
+        return list(dict.fromkeys(p.resolve() for p in found))
+
+    def shown(self, path: Path | None) -> RunReader:
+        """Return the reader of the run that a browser shows, as ``reader``.
+
+        Raises:
+            InvalidData: it shows none.
+        """
+        if path is None:
+            raise InvalidData("Choose a run first.")
+        return self.reader(path)
+
+    def reader(self, path: Path) -> RunReader:
+        """Return the shared reader of a run; a file that was replaced is opened anew.
+
+        Raises:
+            RunFileError: it cannot be opened.
+            TaskError: its task may be in a file of the user's that has an error.
+        """
+        with self._mutex:
+            try:
+                inode = path.stat().st_ino
+            except OSError:
+                raise RunFileError(f"{path} does not exist any more") from None
+            known = self._readers.get(path)
+            if known is None or known[0] != inode:
+                if known is not None:
+                    known[1].close()
+                known = (inode, RunReader(path))
+                self._readers[path] = known
+            return known[1]
+
+    def status(self, path: Path) -> RunStatus:
+        """Return how far a run is.
+
+        Raises:
+            RunFileError, TaskError: it cannot be read.
+        """
+        reader = self.reader(path)
+        return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live, robust_stamp(path))
+
+    def facts(self, path: Path) -> RunFacts:
+        """Return what a list of runs says of one: as of its last generation, which costs little to read."""
+        try:
+            reader = self.reader(path)
+            last, live = reader.last_closed(), reader.is_live
+        except TensAtlasError as e:
+            return RunFacts(problem=str(e))
+        best = [f.best for f in last.archives.values() if f.best is not None] if last else []
+        n, budget = last.n_evaluations if last else 0, reader.config.evaluations
+        return RunFacts(
+            task=reader.config.task,
+            algorithm=reader.config.algorithm,
+            n_evaluations=n,
+            best=max(best, default=None),
+            date=reader.created_at[:10],
+            state=run_state(path, live=live, complete=n >= budget),
+        )
+
+    def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:
+        """Call a listener whenever a run moves on from what is shown; a key has one watch at a time."""
+        with self._mutex:
+            self._listeners[key] = (path, listener, shown)
+
+    def unwatch(self, key: object) -> None:
+        """End a key's watch."""
+        with self._mutex:
+            self._listeners.pop(key, None)
+
+    def _watch(self) -> None:
+        while not self._stop.wait(POLL_INTERVAL):
+            with self._mutex:
+                watched = dict(self._listeners)
+            statuses: dict[Path, RunStatus] = {}
+            for key, (path, listener, before) in watched.items():
+                try:
+                    status = statuses.get(path) or self.status(path)
+                except TensAtlasError:
+                    continue  # shown again as soon as it can be read again
+                statuses[path] = status
+                if status == before:
+                    continue
+                with self._mutex:
+                    known = self._listeners.get(key)
+                    if known is None or known[1] is not listener:
+                        continue  # it has moved on to another run
+                    self._listeners[key] = (path, listener, status)
+                try:
+                    listener(path, status)
+                except Exception:  # one browser's trouble must not end the others' updates
+                    log.exception("a browser could not be told about %s", path)

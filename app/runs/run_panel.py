@@ -1,0 +1,206 @@
+"""Run control of one browser, below the robot: how the shown run fares, and new runs."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+import viser
+
+from app.gui.actions import Actions
+from app.gui.click_channel import ClickChannel
+from app.gui.widgets import put, put_html
+from app.runs import launcher
+from app.runs.run_form import RunForm
+from engine.errors import InvalidData
+from engine.replay.dump import SUFFIX as DUMP_SUFFIX
+from engine.runs.evolve import failures_folder
+from engine.storage.generations import Generation
+from viz.runs import run_progress
+
+RECENT: Final = 5
+"""Generations, or looks at the run, that its speed is taken from."""
+LAST_WORDS_DELAY: Final = 1.5
+"""Seconds after a process has let go of its run within which it writes the last line of its log."""
+MAX_DUMPS: Final = 20
+"""Failed simulations that are listed."""
+
+
+class RunPanel:
+    """Starts, pauses, resumes and stops runs, and says how the shown one fares.
+
+    Args:
+        client: the browser; the folders go into its main panel.
+        actions: of the browser.
+        shown: returns the run that is shown, None if none is.
+        show: called with a run that was started.
+        replay_dump: called with a failed simulation that the user wants to see.
+        read_only: whether the browser may only look.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        actions: Actions,
+        *,
+        shown: Callable[[], Path | None],
+        show: Callable[[Path], None],
+        replay_dump: Callable[[Path], None],
+        read_only: bool = False,
+    ) -> None:
+        gui = client.gui
+        self._actions, self._shown, self._show = actions, shown, show
+        self._replay_dump = replay_dump
+        self._seen: deque[tuple[float, int]] = deque(maxlen=RECENT)
+        self._seen_path: Path | None = None
+        self._dumps: list[Path] = []
+        self._form: RunForm | None = None
+        with gui.add_folder("This run"):
+            self._progress = gui.add_progress_bar(0.0)
+            self._text = gui.add_html("")
+            self._trouble = gui.add_html("")
+            self._failed = gui.add_html("")
+            self._handler = ClickChannel(
+                gui, actions.guarded(self._dump_clicked), label="failed simulations"
+            ).handler
+            self._pause = gui.add_button(
+                "Pause",
+                icon=viser.Icon.PLAYER_PAUSE,
+                visible=False,
+                hint="Save what is finished and end the process; Resume goes on exactly there, even after"
+                " the machine was switched off",
+            )
+            self._resume = gui.add_button(
+                "Resume",
+                icon=viser.Icon.PLAYER_TRACK_NEXT,
+                visible=False,
+                hint="Go on with this run, exactly as if it had never stopped",
+            )
+            self._stop = gui.add_button(
+                "Stop",
+                icon=viser.Icon.PLAYER_STOP,
+                color="gray",
+                visible=False,
+                hint="Save what is finished and be done with this run",
+            )
+        if read_only:
+            return
+        self._form = RunForm(
+            gui,
+            gui.add_folder("New run", expand_by_default=False),
+            actions.guarded(self.start_run, alone=False),
+        )
+        self._pause.on_click(lambda _event: actions.guarded(self.pause_run, alone=False)())
+        self._stop.on_click(lambda _event: actions.guarded(self.stop_run, alone=False)())
+        self._resume.on_click(lambda _event: actions.guarded(self.resume_run, alone=False)())
+
+    def show_run(
+        self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool
+    ) -> None:
+        """Show how far a run is and what can be done with it.
+
+        Args:
+            path: of its file.
+            n: evaluations that it holds.
+            budget: evaluations that it will hold.
+            generations: the closed ones.
+            live: whether it is being written.
+        """
+        last = generations[-1] if generations else None
+        complete = last is not None and last.n_evaluations >= budget
+        if path != self._seen_path or not live:
+            self._seen.clear()
+            self._seen_path = path
+        self._seen.append((time.monotonic(), n))
+        put(self._progress, 100.0 * min(n / budget, 1.0))
+        speed = _speed(generations, self._seen) if live else None
+        n_failed = 0 if last is None else last.n_failed
+        put_html(self._text, run_progress.render(n, budget, speed=speed, n_failed=n_failed))
+        if self._form is not None:
+            put(self._pause, live, "visible")
+            put(self._stop, live, "visible")
+            put(self._resume, not live and not complete, "visible")
+        self._list_dumps(path)
+        put_html(self._trouble, "")
+        if self._form is not None and not live and not complete:  # no visitor's business
+            timer = threading.Timer(LAST_WORDS_DELAY, self._actions.guarded(self._show_trouble), [path])
+            timer.daemon = True
+            timer.start()
+
+    def start_run(self) -> None:
+        """Start the run that the form holds and show it."""
+        if self._form is None:
+            raise InvalidData("This atlas is for looking only.")
+        new = self._form.value()
+        self._form.start.disabled = True
+        try:
+            path = launcher.start(new)
+        finally:
+            self._form.start.disabled = False
+        with self._actions.mutex:
+            self._show(path)
+        self._actions.notify("Started", f"{path.name} evolves in a process of its own.")
+
+    def pause_run(self) -> None:
+        """Pause the shown run."""
+        path = self._path()
+        launcher.pause(path)
+        self._actions.notify("Pausing", f"{path.name} saves what is finished. Resume goes on there.")
+
+    def stop_run(self) -> None:
+        """Stop the shown run."""
+        path = self._path()
+        launcher.stop(path)
+        self._actions.notify("Stopping", f"{path.name} saves what is finished and stops.")
+
+    def resume_run(self) -> None:
+        """Go on with the shown run."""
+        self._resume.disabled = True
+        try:
+            launcher.resume(self._path(), workers=os.cpu_count() or 1)
+        finally:
+            self._resume.disabled = False
+
+    def _path(self) -> Path:
+        path = self._shown()
+        if self._form is None:
+            raise InvalidData("This atlas is for looking only.")
+        if path is None:
+            raise InvalidData("Choose a run first.")
+        return path
+
+    def _show_trouble(self, path: Path) -> None:
+        if path == self._shown():
+            words = launcher.last_words(path)
+            put_html(self._trouble, "" if words is None else run_progress.render_trouble(words))
+
+    def _list_dumps(self, path: Path) -> None:
+        folder = failures_folder(path)
+        found = sorted(folder.glob(f"*{DUMP_SUFFIX}"))[:MAX_DUMPS] if folder.is_dir() else []
+        self._dumps = found
+        names = [p.stem for p in found]
+        put_html(self._failed, run_progress.render_failures(names, self._handler) if names else "")
+
+    def _dump_clicked(self, name: str, index: tuple[int, ...]) -> None:
+        if name == "dump" and index[0] < len(self._dumps):
+            self._replay_dump(self._dumps[index[0]])
+
+
+def _speed(generations: Sequence[Generation], seen: Sequence[tuple[float, int]]) -> float | None:
+    """Return evaluations per second, None while there is nothing to tell it from.
+
+    It is that of the last generations; in the first one that of what was seen of it.
+    """
+    if len(generations) > 1:
+        first, last = generations[max(-len(generations), -RECENT)], generations[-1]
+        seconds, n = last.seconds - first.seconds, last.n_evaluations - first.n_evaluations
+    elif len(seen) > 1:
+        seconds, n = seen[-1][0] - seen[0][0], seen[-1][1] - seen[0][1]
+    else:
+        return None
+    return n / seconds if n > 0 and seconds > 0.5 else None

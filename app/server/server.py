@@ -1,0 +1,265 @@
+"""The browser app: one viser server, one session per browser."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import gc
+import os
+import socket
+import sys
+import threading
+import time
+import urllib.parse
+import warnings
+import webbrowser
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import viser
+
+from app.gui.access import TOKEN_VARIABLE, Access, access_to, is_loopback
+from app.gui.viser_private import Gate, start_server
+from app.runs.library import Library
+from app.session.dump_session import DumpSession
+from app.session.session import Session
+from engine.errors import TensAtlasError
+from engine.replay.dump import read_dump
+from engine.storage.reader import RunReader
+from engine.workers.malloc import keep_memory_compact
+from viz import theme
+
+EVERY_ADDRESS = ("0.0.0.0", "::", "")
+"""Hosts that stand for all addresses of the machine."""
+
+
+class ServerError(TensAtlasError):
+    """The app cannot listen where it was asked to."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Listening:
+    """Where a server listens and to whom.
+
+    Attributes:
+        host, port: address to listen on.
+        token: without which nobody is answered; None for none on this machine and a new one elsewhere.
+        origins: of pages that a reverse proxy shows the app under.
+        open_browser: show the app in the user's browser if there is a screen.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 8080
+    token: str | None = None
+    origins: tuple[str, ...] = ()
+    open_browser: bool = False
+
+    @property
+    def access(self) -> Access:
+        """The rules of the server.
+
+        Raises:
+            InvalidData: the token or an origin cannot be used.
+        """
+        return access_to(self.host, self.token, self.origins)
+
+
+def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = False) -> None:
+    """Serve the app until interrupted.
+
+    Args:
+        places: run files and folders to offer; empty for the default ones.
+        listening: where and to whom.
+        read_only: let visitors look at the runs only.
+
+    Raises:
+        InvalidData: the token or an origin cannot be used.
+        RunFileError: a run file named is missing or damaged.
+        ServerError: the address cannot be listened on.
+    """
+    for place in places:
+        if not place.is_dir():
+            RunReader(place).close()
+    access = listening.access
+    keep_memory_compact()
+    with serve(
+        places, host=listening.host, port=listening.port, access=access, read_only=read_only
+    ) as server:
+        gc.freeze()  # what has been imported stays: no collection of garbage need walk it again
+        announce(server, listening, access)
+        wait_for_interrupt()
+
+
+def replay_dump(path: Path, listening: Listening) -> None:
+    """Serve a failure dump until interrupted.
+
+    Args:
+        path: the dump.
+        listening: where and to whom.
+
+    Raises:
+        DumpError: the file cannot be read as a dump.
+        ServerError: the address cannot be listened on.
+    """
+    dump = read_dump(path)
+    access = listening.access
+    with serve_sessions(
+        lambda client, _gate: DumpSession(client, dump),
+        host=listening.host,
+        port=listening.port,
+        access=access,
+    ) as server:
+        announce(server, listening, access)
+        wait_for_interrupt()
+
+
+def announce(server: viser.ViserServer, listening: Listening, access: Access) -> None:
+    """Say where the app is, and show it in the user's browser if wanted and if there is a screen."""
+    port = server.get_port()
+    address = page_address(listening.host, port, access.token)
+    print(f"TensAtlas is at {address} (Ctrl-C ends it)", flush=True)
+    if not is_loopback(listening.host):
+        if listening.host in EVERY_ADDRESS:
+            elsewhere = page_address(socket.gethostname(), port, access.token)
+            print(f"From other machines: {elsewhere}", flush=True)
+        print(
+            "Whoever has this address can use it, and it is not encrypted; docs/serving.md says more."
+            f" A token of your own: --token, or {TOKEN_VARIABLE}",
+            flush=True,
+        )
+    if listening.open_browser and has_screen():
+        webbrowser.open(address)
+
+
+def page_address(host: str, port: int, token: str | None) -> str:
+    """Return the address of the app on a host, with the token if there is one."""
+    host = "127.0.0.1" if host in EVERY_ADDRESS else host
+    shown = f"[{host}]" if ":" in host else host
+    query = "" if token is None else f"/?{urllib.parse.urlencode({'token': token})}"
+    return f"http://{shown}:{port}{query}"
+
+
+def wait_for_interrupt() -> None:
+    """Return when the user presses Ctrl-C."""
+    with contextlib.suppress(KeyboardInterrupt):
+        while True:
+            time.sleep(1.0)
+
+
+def has_screen() -> bool:
+    """Tell whether a browser window could appear; a text browser would take over the terminal."""
+    return sys.platform in ("darwin", "win32") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+
+
+@contextlib.contextmanager
+def serve(
+    places: Sequence[Path], *, host: str, port: int, access: Access | None = None, read_only: bool = False
+) -> Iterator[viser.ViserServer]:
+    """Serve runs within a ``with`` block.
+
+    Args:
+        places: run files and folders to offer; empty for the default ones.
+        host: address to listen on.
+        port: port to listen on.
+        access: who may use it; None for this machine.
+        read_only: let visitors look at the runs only.
+
+    Raises:
+        ServerError: the address cannot be listened on.
+    """
+    library = Library(places)
+    try:
+        with serve_sessions(
+            lambda client, gate: Session(client, library, gate=gate, read_only=read_only),
+            host=host,
+            port=port,
+            access=access,
+        ) as server:
+            yield server
+    finally:
+        library.close()
+
+
+class Closable(Protocol):
+    """What one browser sees."""
+
+    def close(self) -> None:
+        """End its threads."""
+        ...
+
+
+@contextlib.contextmanager
+def serve_sessions(
+    start: Callable[[viser.ClientHandle, Gate], Closable],
+    *,
+    host: str,
+    port: int,
+    access: Access | None = None,
+) -> Iterator[viser.ViserServer]:
+    """Run a server within a ``with`` block, with a session of its own for every browser.
+
+    Args:
+        start: returns the session of a browser, which has a gate that checks what it sends.
+        host: address to listen on.
+        port: port to listen on.
+        access: who may use it; None for this machine.
+
+    Raises:
+        ServerError: the address cannot be listened on.
+    """
+    check_address(host, port)
+    # a browser may go while a frame is on its way to it
+    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+    server = start_server(host, port, access or Access())
+    server.gui.configure_theme(
+        dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
+    )
+    sessions: dict[int, Closable] = {}
+    mutex = threading.Lock()
+
+    @server.on_client_connect
+    def _(client: viser.ClientHandle) -> None:
+        session = start(client, Gate(client))
+        with mutex:
+            sessions[client.client_id] = session
+        if client.client_id not in server.get_clients():  # it has gone in the meantime
+            leave(client)
+
+    @server.on_client_disconnect
+    def leave(client: viser.ClientHandle) -> None:
+        with mutex:
+            session = sessions.pop(client.client_id, None)
+        if session is not None:
+            session.close()
+
+    try:
+        yield server
+    finally:
+        with mutex:
+            for session in sessions.values():
+                session.close()
+        server.stop()
+
+
+def check_address(host: str, port: int) -> None:
+    """Make sure that an address can be listened on: viser would move on to another port.
+
+    Raises:
+        ServerError: it cannot.
+    """
+    if not 0 <= port <= 65535:
+        raise ServerError(f"port must be from 0 to 65535, not {port}")
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except OSError as e:
+        raise ServerError(
+            f"cannot listen on {host}:{port} ({e.strerror}); choose another with --port or --host"
+        ) from None

@@ -1,0 +1,124 @@
+"""What the command palette of a session offers."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import viser
+
+from app.gui.actions import Actions
+from app.maps.run_picker import RunPicker
+from app.runs.run_panel import RunPanel
+from app.session.chosen_robot import ChosenRobot
+from app.session.palette import Command
+
+
+class Viewer(Protocol):
+    """What can be asked of a session."""
+
+    def open_next(self) -> None:
+        """Show the next run of the list."""
+        ...
+
+    def show_generation(self, number: int) -> None:
+        """Show the maps as they were."""
+        ...
+
+    def show_newest(self) -> None:
+        """Show the maps as they are."""
+        ...
+
+
+def viewing_commands(
+    session: Viewer, robot: ChosenRobot, actions: Actions, picker: RunPicker
+) -> list[Command]:
+    """Return what everybody may do."""
+    guarded, icon, takeaway = actions.guarded, viser.Icon, robot.takeaway
+    return [
+        Command(
+            "Choose a run",
+            "Unfold the list of runs",
+            icon.LIST,
+            guarded(picker.show_list),
+        ),
+        Command(
+            "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(session.open_next)
+        ),
+        Command(
+            "Show the first generation",
+            "The maps as they began",
+            icon.PLAYER_SKIP_BACK,
+            guarded(lambda: session.show_generation(0)),
+        ),
+        Command(
+            "Show the newest generation",
+            "The maps as they are, and as a live run goes on",
+            icon.PLAYER_SKIP_FORWARD,
+            guarded(session.show_newest),
+        ),
+        Command("Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.toggle_replay)),
+        Command(
+            "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(robot.replay_again)
+        ),
+        Command(
+            "Place the target",
+            "Click on the ground where the robot is to crawl to",
+            icon.TARGET,
+            guarded(robot.place_target),
+        ),
+        Command(
+            "Export this robot",
+            "Download it as a zip: build sheet, parts, firmware, MJCF",
+            icon.DOWNLOAD,
+            guarded(takeaway.export),
+        ),
+        Command(
+            "Add this robot to the basket",
+            "Keep it, to download several at once",
+            icon.BASKET,
+            guarded(takeaway.add),
+        ),
+        Command(
+            "Save the replay as a video",
+            "An MP4 of the trial that is shown",
+            icon.MOVIE,
+            guarded(lambda: takeaway.record("mp4")),
+        ),
+        Command(
+            "Save the replay as a page",
+            "One HTML file that plays without a server",
+            icon.FILE_CODE,
+            guarded(lambda: takeaway.record("html")),
+        ),
+    ]
+
+
+def steering_commands(run: RunPanel, actions: Actions) -> list[Command]:
+    """Return what visitors may not do."""
+    guarded, icon = actions.guarded, viser.Icon
+    return [
+        Command(
+            "Start the new run",
+            "As its form on the right says",
+            icon.ROCKET,
+            guarded(run.start_run, alone=False),
+        ),
+        Command(
+            "Pause this run",
+            "Its process saves and ends; Resume goes on exactly there",
+            icon.PLAYER_PAUSE,
+            guarded(run.pause_run, alone=False),
+        ),
+        Command(
+            "Resume this run",
+            "As if it had never stopped",
+            icon.PLAYER_TRACK_NEXT,
+            guarded(run.resume_run, alone=False),
+        ),
+        Command(
+            "Stop this run",
+            "Its process saves and ends",
+            icon.PLAYER_STOP,
+            guarded(run.stop_run, alone=False),
+        ),
+    ]
