@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from grid_run import write_grid_run
 
 from engine.config import RunConfig, preset
 from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.storage.reader import RunReader
+from tests.support.grid_run import write_grid_run
 
 
 @pytest.fixture(scope="session")

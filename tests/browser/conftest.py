@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
-from software_chromium import launch
 
 from app.server.server import serve
+from tests.support.software_chromium import launch
 
 PATIENCE = 60_000
 """Milliseconds: software rendering on a busy machine takes its time."""

@@ -9,7 +9,7 @@ from playwright.sync_api import sync_playwright
 
 from app.runs.library import PROJECT_ARCHIVES, Library
 from app.server.server import serve
-from tests.browser.software_chromium import launch
+from tests.support.software_chromium import launch
 
 WAIT = 90_000
 

@@ -16,10 +16,10 @@ from pathlib import Path
 import mujoco
 import pytest
 from playwright.sync_api import Page, expect
-from processes import environment, free_port
-from widgets import field_of
 
 from engine.storage.reader import RunReader
+from tests.support.processes import environment, free_port
+from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

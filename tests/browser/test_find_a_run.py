@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import FilePayload, Page, expect
-from processes import free_port
 
 from app.server.server import serve
 from engine.storage.reader import RunReader
 from engine.storage.rows import cell_name
+from tests.support.processes import free_port
 
 Visit = Callable[[str], Page]
 LOSE_WHAT_IS_SENT_FIRST = """

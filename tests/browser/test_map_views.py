@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
-from widgets import choose
 
 from app.server.server import serve
 from engine.search.projection import project
 from engine.storage.reader import RunReader
+from tests.support.widgets import choose
 from viz.maps.nested import Geometry
 
 pytestmark = pytest.mark.browser

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from widgets import choose, field_of
 
 from app.server.server import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
+from tests.support.widgets import choose, field_of
 from viz.robot.network_diagram import NetworkDiagram
 from viz.robot.servo_plot import page_of, position
 

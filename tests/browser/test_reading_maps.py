@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
-from widgets import choose, field_of
 
 from app.server.server import serve
 from engine.config import RunConfig
 from engine.runs.evolve import create_algorithm, create_evaluator, statistics
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
+from tests.support.widgets import choose, field_of
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from exploded import evolve
 from playwright.sync_api import Page, expect
-from processes import environment, free_port
-from widgets import field_of
 
 from engine.replay.dump import Dump, read_dump
+from tests.support.exploded import evolve
+from tests.support.processes import environment, free_port
+from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import Page, expect
-from widgets import field_of
 
 from engine.storage.reader import RunReader
+from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]

@@ -12,12 +12,12 @@ import pytest
 import viser
 from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
-from widgets import field_of
 
 from app.server.server import serve
 from engine.config import RunConfig
 from engine.runs import evolve as run
 from engine.storage.reader import RunReader
+from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
 

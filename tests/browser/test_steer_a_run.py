@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
-from processes import free_port
-from widgets import choose, field_of
 
 from app.server.server import serve
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
+from tests.support.processes import free_port
+from tests.support.widgets import choose, field_of
 
 Visit = Callable[[str], Page]
 

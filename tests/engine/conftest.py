@@ -1,9 +1,9 @@
 """Fixtures of the engine's tests; what tests build for themselves is in ``made_up.py`` beside it."""
 
 import pytest
-from made_up import TINY, MadeUpEvaluator
 
 import engine.runs.evolve
+from tests.support.made_up import TINY, MadeUpEvaluator
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ import json
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_up import examples
 
 from engine.config import PRESETS, RunConfig, from_json, physics_from_json, preset, to_json
 from engine.errors import InvalidData
@@ -13,6 +12,7 @@ from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.model import Physics
 from engine.simulation.timestep import with_inertia
+from tests.support.made_up import examples
 
 NAN, INF = float("nan"), float("inf")
 positive = st.floats(1e-3, 1e3)

@@ -1,14 +1,8 @@
-"""Faults are tried on real processes; what they share is in ``faulty.py`` beside it."""
-
-import sys
-from pathlib import Path
+"""Faults are tried on real processes; what they share is in ``tests/support/faulty.py``."""
 
 import pytest
 
-# evaluations that cost nothing
-sys.path.append(str(Path(__file__).resolve().parents[1] / "engine"))
-
-from faulty import python
+from tests.support.faulty import python
 
 
 @pytest.fixture(scope="session")

@@ -4,13 +4,12 @@ import dataclasses
 import sqlite3
 import time
 
-from faulty import python
-from made_up import MADE_UP, made_up_evaluation
-from run_hash import hash_of
-
 import engine.runs.evolve
 from engine.storage.reader import RunReader
 from engine.storage.writer import LOG_LIMIT, RunWriter
+from tests.support.faulty import python
+from tests.support.made_up import MADE_UP, made_up_evaluation
+from tests.support.run_hash import hash_of
 
 JUMPING = """
 import datetime, itertools, random, time

@@ -3,10 +3,10 @@
 import subprocess
 
 import pytest
-from faulty import python
-from run_hash import hash_of
 
 from engine.storage.reader import RunReader
+from tests.support.faulty import python
+from tests.support.run_hash import hash_of
 
 EVOLVE = """
 from engine.errors import TensAtlasError

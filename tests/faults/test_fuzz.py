@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 
-from faulty import ENVIRONMENT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,6 +13,7 @@ from engine.config import from_json
 from engine.control.genome import Controller
 from engine.errors import TensAtlasError, one_line
 from engine.tasks.walls import Wall
+from tests.support.faulty import ENVIRONMENT
 
 
 def test_mutated_inputs_are_read_or_refused_and_nothing_else_happens():

@@ -1,10 +1,10 @@
 """A task of the user's that does not return."""
 
 import pytest
-from faulty import SHORT, line_of, tensatlas
-from run_hash import hash_of
 
 from engine.storage.reader import RunReader
+from tests.support.faulty import SHORT, line_of, tensatlas
+from tests.support.run_hash import hash_of
 
 TASK = """
 import os, time, itertools

@@ -3,11 +3,10 @@
 import json
 import signal
 
-from faulty import SHORT, line_of, python, start, tensatlas, wait_until
-from run_hash import hash_of
-
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
+from tests.support.faulty import SHORT, line_of, python, start, tensatlas, wait_until
+from tests.support.run_hash import hash_of
 
 KILL = """
 import json, sys, tempfile, dataclasses

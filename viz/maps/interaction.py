@@ -1,8 +1,8 @@
 """What maps do in the browser by themselves: the hover card, the nearest cell, the enlarged view.
 
 ``INSTALL`` puts it into a page once, whatever the number of maps; pictures say what they need in their
-attributes. ``data-h`` is the text of a hover card. A nested map (``data-cells``, see ``viz.maps.nested``) gets
-``data-c``, the cell that a click means, while a filled one is near the pointer. Diagrams of trends
+attributes. ``data-h`` is the text of a hover card. A nested map (``data-cells``, see ``viz.maps.nested``)
+gets ``data-c``, the cell that a click means, while a filled one is near the pointer. Diagrams of trends
 (``data-points``, see ``viz.runs.trend``) are read at the generation nearest to the pointer.
 """
 

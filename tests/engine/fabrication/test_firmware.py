@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up import evaluation, evolved_controller
 
 from engine.body import servo
 from engine.body.morphology import Morphology
@@ -17,6 +16,7 @@ from engine.control.network import NetworkBatch
 from engine.fabrication.firmware import fill_in, firmware_files, pin_map, start_inputs
 from engine.tasks import Task, get_task
 from engine.tasks.view import distance_and_bearing
+from tests.support.made_up import evaluation, evolved_controller
 
 BENCH = Path(__file__).parent / "arduino"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")

@@ -1,0 +1,136 @@
+import math
+from types import SimpleNamespace
+
+import neat
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene, to_genome
+from engine.control.network import NetworkBatch
+from tests.support.made_up import controllers, examples, some_controller
+
+several = st.integers(0, 2).flatmap(
+    lambda i: st.lists(controllers(n_inputs=(1, 2, 5)[i]), min_size=1, max_size=6)
+)
+
+
+def published(controller, inputs):
+    """What NEAT-Python's own network answers to (samples, n_inputs)."""
+    config = Neat(n_inputs=controller.n_inputs).config
+    network = neat.nn.FeedForwardNetwork.create(
+        to_genome(controller, config), SimpleNamespace(genome_config=config)
+    )
+    return np.array([network.activate(list(row)) for row in inputs])
+
+
+def sensed(seed, *shape):
+    """Inputs of the sizes that tasks produce: tens of centimetres, a few radians."""
+    return np.random.default_rng(seed).normal(0.0, 20.0, size=shape)
+
+
+@examples(60)
+@given(several, st.integers(0, 2**32))
+def test_outputs_agree_with_neat_python(networks, seed):
+    inputs = sensed(seed, len(networks), 3, networks[0].n_inputs)
+    got = NetworkBatch(networks).activate(inputs)
+    assert got.shape == (len(networks), 3, 20)
+    for controller, x, y in zip(networks, inputs, got, strict=True):
+        np.testing.assert_allclose(y, published(controller, x), rtol=0, atol=1e-12)
+
+
+@examples(60)
+@given(several, st.integers(0, 2**32), st.integers(1, 7))
+def test_outputs_are_the_same_bits_alone_and_in_company(networks, seed, n_samples):
+    inputs = sensed(seed, len(networks), n_samples, networks[0].n_inputs)
+    together = NetworkBatch(networks).activate(inputs)
+    for k, controller in enumerate(networks):
+        alone = NetworkBatch([controller])
+        assert alone.activate(inputs[k : k + 1]).tobytes() == together[k].tobytes()
+        for s in range(n_samples):
+            one = alone.activate(inputs[k : k + 1, s : s + 1])
+            assert one.tobytes() == together[k, s].tobytes()
+
+
+@examples(40)
+@given(several, st.integers(0, 2**32), st.integers(1, 20))
+def test_fewer_outputs_are_the_first_of_all(networks, seed, n_outputs):
+    inputs = sensed(seed, len(networks), 2, networks[0].n_inputs)
+    few = NetworkBatch(networks, n_outputs=n_outputs).activate(inputs)
+    assert few.tolist() == NetworkBatch(networks).activate(inputs)[..., :n_outputs].tolist()
+
+
+def network(*connections, bias=0.0, hidden=(), n_inputs=2):
+    keys = [*range(20), *hidden]
+    return Controller(
+        n_inputs=n_inputs,
+        nodes=tuple(NodeGene(k, bias) for k in keys),
+        connections=tuple(
+            ConnectionGene(a, b, w, enabled, i) for i, (a, b, w, enabled) in enumerate(connections)
+        ),
+    )
+
+
+def sigma(z):
+    return 1 / (1 + math.exp(-z))
+
+
+def test_a_hand_computed_network():
+    c = network(
+        (-1, 20, 0.5, True), (-2, 20, -1.0, True), (20, 0, 2.0, True), (-2, 1, 0.3, True),
+        (-1, 1, 9.0, False), bias=0.1, hidden=(20,),
+    )  # fmt: skip
+    (out,) = NetworkBatch([c]).activate(np.array([[[0.8, -0.4]]]))[0]
+    h = sigma(0.1 + 0.5 * 0.8 + 0.4)
+    assert out[0] == pytest.approx(sigma(0.1 + 2.0 * h), abs=1e-15)
+    assert out[1] == pytest.approx(sigma(0.1 - 0.3 * 0.4), abs=1e-15)
+    # an output that nothing leads to says its bias
+    assert out[2] == pytest.approx(sigma(0.1), abs=1e-15)
+
+
+def test_hidden_nodes_in_a_row_whose_keys_run_backwards():
+    c = network(
+        (-1, 25, 1.0, True), (25, 22, -2.0, True), (22, 21, 3.0, True), (21, 0, 1.0, True),
+        (25, 0, 0.5, True), hidden=(21, 22, 25), n_inputs=1,
+    )  # fmt: skip
+    (out,) = NetworkBatch([c]).activate(np.array([[[0.7]]]))[0]
+    a = sigma(0.7)
+    b = sigma(-2 * a)
+    d = sigma(3 * b)
+    assert out[0] == pytest.approx(sigma(d + 0.5 * a), abs=1e-15)
+
+
+def test_a_network_without_hidden_nodes_beside_one_with():
+    plain = network((-1, 0, 1.0, True))
+    batch = NetworkBatch([plain, some_controller()])
+    out = batch.activate(np.array([[[1.0, 2.0]], [[1.0, 2.0]]]))
+    assert out[0, 0, 0] == pytest.approx(sigma(1.0))
+    np.testing.assert_allclose(out[1], published(some_controller(), [[1.0, 2.0]]), atol=1e-12)
+
+
+def test_a_response_scales_the_sum_but_not_the_bias():
+    c = Controller(
+        n_inputs=1,
+        nodes=tuple(NodeGene(k, 0.2, 3.0) for k in range(20)),
+        connections=(ConnectionGene(-1, 0, 0.5, True, 1),),
+    )
+    (out,) = NetworkBatch([c]).activate(np.array([[[0.4]]]))[0]
+    assert out[0] == pytest.approx(sigma(0.2 + 3.0 * 0.5 * 0.4))
+    np.testing.assert_allclose(out, published(c, [[0.4]])[0], rtol=0, atol=1e-12)
+
+
+def test_a_deep_network_needs_no_recursion():
+    n = 1500
+    links = [(-1, 20, 1.0, True), *[(k, k + 1, 0.5, True) for k in range(20, 20 + n - 1)]]
+    c = network(*links, (20 + n - 1, 0, 1.0, True), hidden=range(20, 20 + n), n_inputs=1)
+    # built, not run: a layer per node is slow and never evolved
+    assert NetworkBatch([c], n_outputs=1).n_inputs == 1
+
+
+@examples(30)
+@given(several)
+def test_outputs_lie_between_zero_and_one_even_for_huge_inputs(networks):
+    inputs = np.full((len(networks), 1, networks[0].n_inputs), 1e12)
+    out = NetworkBatch(networks).activate(inputs)
+    assert ((out >= 0.0) & (out <= 1.0)).all()

@@ -1,0 +1,61 @@
+"""What is computed for somebody else."""
+
+import dataclasses
+
+import pytest
+
+from engine.errors import ClusterError, InvalidData
+from engine.simulation.provenance import Computer, differing, this_computer
+from engine.storage.reader import RunReader
+from engine.storage.rows import from_row, to_row
+from engine.workers.job import compute, unfinished, world_of
+from tests.support.made_up import TINY
+from tests.support.run_hash import hash_of
+
+
+def test_a_job_gives_what_the_run_has(tiny_run):
+    with RunReader(tiny_run[0]) as reader:
+        expected = reader.evaluation(3)
+    result = compute(world_of(TINY), expected.solution)
+    assert to_row(0, result.evaluation) == to_row(0, expected)
+    assert result.failed is None
+    assert result.origin.computer == this_computer()
+    assert result.origin.seconds > 0
+    assert hash_of(tiny_run[0]) == tiny_run[1]
+
+
+def test_another_body_is_refused(tiny_run):
+    with RunReader(tiny_run[0]) as reader:
+        solution = reader.evaluation(0).solution
+    with pytest.raises(ClusterError, match="another version"):
+        compute(dataclasses.replace(world_of(TINY), body="another"), solution)
+
+
+def test_what_no_worker_survives_can_be_stored(tiny_run):
+    with RunReader(tiny_run[0]) as reader:
+        solution = reader.evaluation(0).solution
+    e = unfinished(TINY, solution, "died")
+    columns = [
+        "number", "generation", "morphology", "controller", "parent", "operator", "source", "fitness",
+        "distances", "trajectory", "head_is_end", "failure",
+    ]  # fmt: skip
+    row = dict(zip(columns, to_row(0, e), strict=True))
+    assert from_row(row).failure == "died"
+    assert from_row(row).fitness is None
+
+
+def test_computers_that_differ_are_told_apart():
+    one = Computer(machine="x86_64", simd="avx2 fma", mujoco="4.0.0", numpy="2.4.6")
+    other = dataclasses.replace(one, simd="")
+    assert differing([one, one]) == []
+    assert differing([one, other]) == ["simd: avx2 fma | unknown"]
+    assert Computer.from_json(dataclasses.asdict(one)) == one
+    for data in ([], {"machine": "x"}, dataclasses.asdict(one) | {"numpy": 3}):
+        with pytest.raises(InvalidData, match="a computer"):
+            Computer.from_json(data)
+
+
+def test_this_computer_is_described():
+    here = this_computer()
+    assert here.mujoco[0].isdigit()
+    assert here.machine in str(here)
