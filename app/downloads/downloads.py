@@ -15,7 +15,7 @@ from app.gui.actions import Actions
 from app.gui.file_maker import File, FileMaker
 from app.limits import SimulationBudget
 from app.runs.library import Library
-from app.session.address import find_run, run_name
+from app.runs.run_names import find_run, run_name
 from app.state import Selection, SessionState
 from engine.analysis.elite_table import csv_bytes, elite_table
 from engine.errors import InvalidData, TensAtlasError

@@ -10,6 +10,7 @@ import viser
 from app.gui.click_channel import ClickChannel
 from app.gui.viser_private import uuid_of
 from app.gui.widgets import put_html
+from app.runs.run_names import label_paths
 from viz.runs import run_list
 from viz.runs.run_list import RunFacts
 
@@ -98,19 +99,3 @@ class RunPicker:
 
     def _show_upload(self, shown: bool) -> None:
         put_html(self._upload_style, "" if shown and self._may_upload else self._hide_upload)
-
-
-def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
-    """Return short, distinct labels for run files: as many folders of the path as it takes."""
-    labels: dict[str, Path] = {}
-    for path in paths:
-        parts = path.with_suffix("").parts
-        label = next(
-            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _ends(paths, parts[-n:]) == 1), str(path)
-        )
-        labels[label] = path
-    return labels
-
-
-def _ends(paths: Sequence[Path], end: tuple[str, ...]) -> int:
-    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)

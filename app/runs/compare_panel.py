@@ -12,8 +12,8 @@ import viser
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import put_html
-from app.maps.run_picker import label_paths
 from app.runs.comparison_window import ComparisonWindow
+from app.runs.run_names import label_paths
 from engine.analysis.comparison import Comparison, compare_runs
 from engine.errors import InvalidData
 from viz.report.report import render_page, report_sections

@@ -14,14 +14,12 @@ import dataclasses
 import json
 import re
 import urllib.parse
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Final, Self
 
 import viser
 
 from app.gui.browser_value import PageValue
-from app.maps.run_picker import label_paths
 from engine.errors import InvalidData
 from engine.replay.trial import FIRST_TRIAL, Aim, TrialChoice
 from engine.search.archive import Cell
@@ -104,22 +102,6 @@ def _aim(text: str) -> Aim | None:
     with contextlib.suppress(InvalidData):
         return Aim.parse(text)
     return None
-
-
-def run_name(path: Path, paths: Sequence[Path]) -> str | None:
-    """Return the name of a run among those on offer."""
-    return next((label for label, p in label_paths(paths).items() if p == path), None)
-
-
-def find_run(name: str, paths: Sequence[Path]) -> Path | None:
-    """Return the run on offer that a name means, None if it means none; names are never used as paths."""
-    labels = label_paths(paths)
-    if name in labels:
-        return labels[name]
-    # when the address was written, there may have been fewer or more runs of the same name
-    end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
-    ways = [end[-n:] for n in range(len(end), 0, -1)]
-    return next((p for way in ways for p in paths if p.with_suffix("").parts[-len(way) :] == way), None)
 
 
 class AddressBar:

@@ -10,7 +10,8 @@ import viser
 
 from app.gui.actions import Actions
 from app.runs.library import Library
-from app.session.address import AddressBar, Place, find_run, run_name
+from app.runs.run_names import find_run, run_name
+from app.session.address import AddressBar, Place
 from app.session.chosen_robot import ChosenRobot
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from app.maps.run_picker import label_paths
 from app.runs.library import Library, RunStatus
+from app.runs.run_names import label_paths
 from engine.config import RunConfig
 from engine.errors import RunFileError
 from engine.runs.evolve import create_algorithm, create_evaluator, statistics

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.session.address import Place, find_run, run_name
+from app.runs.run_names import find_run, run_name
+from app.session.address import Place
 from engine.replay.trial import Aim, TrialChoice
 
 PATHS = [Path("/a/one.tsmr"), Path("/a/two.tsmr"), Path("/b/two.tsmr"), Path("/b/my run.v2.tsmr")]
