@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from app.downloads.basket import Item
+from app.downloads.basket import BasketItem
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
@@ -71,7 +71,7 @@ class SessionState:
     wanted_generation: int = 0
     selection: Selection | None = None
     trial: TrialChoice = FIRST_TRIAL
-    basket: tuple[Item, ...] = ()
+    basket: tuple[BasketItem, ...] = ()
 
     def begin(self, path: Path, reader: RunReader) -> None:
         """Forget all of another run; the basket stays."""

@@ -8,10 +8,10 @@ from typing import Final
 
 import viser
 
-from app.downloads.basket import Item
-from app.downloads.export_choice import ExportChooser
+from app.downloads.basket import PAPERS, BasketItem, ExportChoice
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
+from app.gui.widgets import in_a_row, put_html
+from engine.fabrication.materials import PRESETS
 from viz.runs import basket_list
 
 RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
@@ -19,7 +19,7 @@ RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class BasketEvents:
     """What the panel reports."""
 
     record: Callable[[str], None]
@@ -38,7 +38,7 @@ class BasketPanel:
         events: what the user does.
     """
 
-    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, events: BasketEvents) -> None:
         gui = client.gui
         with gui.add_folder("Take along", expand_by_default=False):
             self.exports = ExportChooser(gui)
@@ -90,16 +90,42 @@ class BasketPanel:
         # viser cannot disable a group of buttons
         self._recordings.visible = chosen
 
-    def show_basket(self, basket: Sequence[Item]) -> None:
+    def show_basket(self, basket: Sequence[BasketItem]) -> None:
         """List what is in the basket."""
         rows = [(i.path.stem, i.number, i.modules, i.f_s) for i in basket]
         put_html(self._list, basket_list.render(rows, self._handler))
         self._download.visible = self._clear.visible = bool(basket)
         self._download.label = f"Download basket ({len(basket)})"
 
-    def _clicked(self, name: str, at: tuple[int, ...], events: Events) -> None:
+    def _clicked(self, name: str, at: tuple[int, ...], events: BasketEvents) -> None:
         if name == basket_list.REMOVE and len(at) == 1:
             events.remove(at[0])
+
+
+class ExportChooser:
+    """Asks for the paper and the material of exports: two lists in a row.
+
+    Args:
+        gui: of one browser, at the place where the lists go.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._paper = gui.add_dropdown(
+            "Paper", tuple(PAPERS), hint="Paper that the build sheets of exports are printed on"
+        )
+        self._material = gui.add_dropdown(
+            "Material", PRESETS, hint="What exported robots are built from; docs/fabrication.md has more"
+        )
+        gui.add_html(in_a_row((self._paper, 38), (self._material, 62), labelled=1))
+
+    @property
+    def choice(self) -> ExportChoice:
+        """What is chosen.
+
+        Raises:
+            InvalidData: the browser has sent what is not on offer.
+        """
+        return ExportChoice.of(self._paper.value, self._material.value)
 
 
 def _call(action: Callable[[], None]) -> Callable[[viser.GuiEvent], None]:

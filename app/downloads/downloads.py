@@ -8,11 +8,11 @@ from collections.abc import Callable
 import viser
 
 from app.downloads import basket
-from app.downloads.basket_memory import BasketMemory, Kept
-from app.downloads.basket_panel import BasketPanel, Events
-from app.downloads.recording import Progress, recording
+from app.downloads.basket import BasketMemory, Kept
+from app.downloads.basket_panel import BasketEvents, BasketPanel
+from app.downloads.recording import recording
 from app.gui.actions import Actions
-from app.gui.file_maker import File, FileMaker
+from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
 from app.limits import SimulationBudget
 from app.runs.library import Library
 from app.runs.run_names import find_run, run_name
@@ -62,7 +62,7 @@ class Takeaway:
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
-            Events(
+            BasketEvents(
                 record=guarded(self.record),
                 table=guarded(self.table),
                 add=guarded(self.add),
@@ -94,7 +94,7 @@ class Takeaway:
         (reader, item), choice = self._chosen_item(), self.panel.exports.choice
         name = item.name
 
-        def make(progress: Progress) -> File:
+        def make(progress: ProgressCallback) -> MadeFile:
             files = basket.exported(item, reader, progress, choice)
             progress("packing", 1, 1)
             return f"{name}.zip", zip_bytes(files, name)
@@ -128,7 +128,7 @@ class Takeaway:
             raise InvalidData("The basket is empty; add the chosen robot first.")
         seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
 
-        def make(progress: Progress) -> File:
+        def make(progress: ProgressCallback) -> MadeFile:
             name = "tensatlas_basket"
             files = basket.export_basket(items, self._library.reader, progress, choice)
             return f"{name}.zip", zip_bytes(files, name)
@@ -148,7 +148,7 @@ class Takeaway:
         where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
         name = f"{run}_robot_{chosen.number}_{_file_part(state.trial)}.{kind}"
 
-        def make(progress: Progress) -> File:
+        def make(progress: ProgressCallback) -> MadeFile:
             content = recording(
                 replay,
                 kind,
@@ -168,14 +168,14 @@ class Takeaway:
         name = f"{reader.path.stem}.csv"
         self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
 
-    def _start(self, what: str, make: Callable[[Progress], File], seconds: float) -> None:
-        def paid(progress: Progress) -> File:
+    def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:
+        def paid(progress: ProgressCallback) -> MadeFile:
             self._budget.spend(seconds)
             return make(progress)
 
         self._maker.start(what, paid)
 
-    def _put(self, items: tuple[basket.Item, ...]) -> None:
+    def _put(self, items: tuple[basket.BasketItem, ...]) -> None:
         self._state.basket = items
         self.panel.show_basket(items)
         if self._memory is not None:
@@ -206,7 +206,7 @@ class Takeaway:
     def _reader(self) -> RunReader:
         return self._library.shown(self._state.path)
 
-    def _chosen_item(self) -> tuple[RunReader, basket.Item]:
+    def _chosen_item(self) -> tuple[RunReader, basket.BasketItem]:
         reader, chosen = self._chosen()
         return reader, basket.item_of(reader, chosen.evaluation, chosen.archive, chosen.own_cell)
 

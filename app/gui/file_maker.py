@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 import viser
 
-from app.downloads.recording import Progress
 from app.gui.actions import Actions
 from app.gui.widgets import put
 from engine.errors import InvalidData
 
-File = tuple[str, bytes]
+MadeFile = tuple[str, bytes]
 """Name and content."""
+ProgressCallback = Callable[[str, int, int], None]
+"""Told what is being done, and how much of how much of it; what it raises ends the work."""
 
 
 class FileMaker:
@@ -39,7 +40,7 @@ class FileMaker:
         def _(_event: viser.GuiEvent) -> None:
             self.cancel()
 
-    def start(self, what: str, make: Callable[[Progress], File]) -> None:
+    def start(self, what: str, make: Callable[[ProgressCallback], MadeFile]) -> None:
         """Make a file, unless another is being made.
 
         Args:
@@ -69,7 +70,7 @@ class FileMaker:
         if self._busy.locked():
             self._text.content = "giving up …"
 
-    def _work(self, what: str, make: Callable[[Progress], File]) -> None:
+    def _work(self, what: str, make: Callable[[ProgressCallback], MadeFile]) -> None:
         try:
             self._show(what, "beginning", 0.0)
             name, content = make(lambda doing, n, total: self._report(what, doing, n, total))
