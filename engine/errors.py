@@ -72,3 +72,7 @@ class ExportError(TensAtlasError):
 
 class ClusterError(TensAtlasError):
     """Workers cannot be started or reached, or are not fit for a run."""
+
+
+class Cancelled(Exception):
+    """Nobody waits for a result any more. It ends the work that would make it; no user reads it."""

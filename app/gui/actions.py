@@ -10,7 +10,7 @@ from typing import ParamSpec
 
 import viser
 
-from engine.errors import TensAtlasError
+from engine.errors import Cancelled, TensAtlasError
 
 log = logging.getLogger(__name__)
 
@@ -49,6 +49,8 @@ class Actions:
                     return
                 try:
                     action(*args, **kwargs)
+                except Cancelled:  # nobody waits for it, nor for a word about it
+                    return
                 except TensAtlasError as e:
                     self.notify("That did not work", str(e))
                 except Exception:  # a fault of ours: say so, keep the app going

@@ -15,7 +15,7 @@ from app.gui.widgets import put_html
 from app.runs.comparison_window import ComparisonWindow
 from app.runs.run_names import label_paths
 from engine.analysis.comparison import Comparison, compare_runs
-from engine.errors import InvalidData
+from engine.errors import Cancelled, InvalidData
 from viz.report.report import render_page, report_sections
 from viz.report.style import DARK
 from viz.runs.run_list import RunFacts, render_choices
@@ -108,8 +108,6 @@ class ComparePanel:
         def work() -> None:
             try:
                 self._actions.guarded(action, alone=False)()
-            except BrowserGoneError:
-                pass
             finally:
                 self._tell("")
                 self._start.disabled = False
@@ -131,7 +129,7 @@ class ComparePanel:
 
     def _reading(self, path: Path, n: int, total: int) -> None:
         if self._actions.closed:
-            raise BrowserGoneError
+            raise Cancelled
         self._tell(f"Reading {n + 1} of {total}: {path.stem} …")
 
     def _show(self) -> None:
@@ -146,10 +144,6 @@ class ComparePanel:
     def _tell(self, text: str) -> None:
         line = f'<div style="font-size:12.5px;opacity:.8;padding:2px 10px">{html.escape(text)}</div>'
         put_html(self._status, line if text else "")
-
-
-class BrowserGoneError(Exception):
-    """Nobody waits for the comparison any more."""
 
 
 class RunChoice:

@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.errors import InvalidData, TaskError
+from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.contacts import ContactFinder
 from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.evaluation import Evaluation, fresh_number, noise_seed
@@ -314,7 +314,7 @@ class Replay:
                     self._observe(self._loop.sim)
                     if abs(elapsed + period - self.trial_time) < period / 2:
                         self.score = float(self._loop.scores()[0, 0])
-            except _CancelledError:
+            except Cancelled:
                 return
             except TaskError as e:
                 self.failure = str(e)
@@ -335,7 +335,7 @@ class Replay:
 
     def _observe(self, sim: SimulationBatch) -> None:
         if self._cancelled.is_set():
-            raise _CancelledError
+            raise Cancelled
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])
         if sim.n_updates % UPDATES_PER_FRAME:
             return
@@ -353,7 +353,3 @@ class Replay:
                 sensed=None if sensed is None else sensed[0, 0],
             )
         )
-
-
-class _CancelledError(Exception):
-    pass

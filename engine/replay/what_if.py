@@ -14,7 +14,7 @@ import numpy as np
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.errors import InvalidData, TaskError
+from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.contacts import ContactFinder
 from engine.replay.replay import UPDATES_PER_FRAME, Frame
 from engine.simulation.evaluation import Evaluation, noise_seed
@@ -136,7 +136,7 @@ class WhatIf:
         """
         try:
             self._run(progress)
-        except _CancelledError:
+        except Cancelled:
             return
         except TaskError as e:
             self.failure = str(e)
@@ -228,7 +228,7 @@ class WhatIf:
 
     def _check(self) -> None:
         if self._cancelled.is_set():
-            raise _CancelledError
+            raise Cancelled
 
 
 class WhatIfReplay:
@@ -313,7 +313,3 @@ def _with_head(frame: Frame, head: Head) -> Frame:
         contacts=frame.contacts,
         sensed=frame.sensed,
     )
-
-
-class _CancelledError(Exception):
-    pass
