@@ -10,7 +10,7 @@ import viser
 
 from app.downloads.basket import PAPERS, BasketItem, ExportChoice
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import in_a_row, put_html
+from app.gui.widgets import ignoring_event, in_a_row, put_html
 from engine.fabrication.materials import PRESETS
 from viz.runs import basket_list
 
@@ -45,7 +45,7 @@ class BasketPanel:
             self._add = gui.add_button(
                 "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
             )
-            self._add.on_click(_call(events.add))
+            self._add.on_click(ignoring_event(events.add))
             handler = ClickChannel(
                 gui, lambda name, at: self._clicked(name, at, events), label="basket clicks"
             ).handler
@@ -57,11 +57,11 @@ class BasketPanel:
                 icon=viser.Icon.DOWNLOAD,
                 hint="The exports of all robots in the basket as one zip",
             )
-            self._download.on_click(_call(events.download))
+            self._download.on_click(ignoring_event(events.download))
             self._clear = gui.add_button(
                 "Clear basket", color="gray", icon=viser.Icon.TRASH, hint="Take all robots out"
             )
-            self._clear.on_click(_call(events.clear))
+            self._clear.on_click(ignoring_event(events.clear))
             self._recordings = gui.add_button_group(
                 "Replay as",
                 tuple(RECORDINGS),
@@ -81,7 +81,7 @@ class BasketPanel:
                 icon=viser.Icon.TABLE,
                 hint="All elites of the run as CSV, with pyribs' column names",
             )
-            self._table.on_click(_call(events.table))
+            self._table.on_click(ignoring_event(events.table))
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:
@@ -126,7 +126,3 @@ class ExportChooser:
             InvalidData: the browser has sent what is not on offer.
         """
         return ExportChoice.of(self._paper.value, self._material.value)
-
-
-def _call(action: Callable[[], None]) -> Callable[[viser.GuiEvent], None]:
-    return lambda _event: action()

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import viser
 
 from app.gui.actions import Actions
-from app.gui.widgets import put
+from app.gui.widgets import ignoring_event, put
 from engine.errors import Cancelled, InvalidData
 
 MadeFile = tuple[str, bytes]
@@ -35,10 +35,7 @@ class FileMaker:
         self._cancel = gui.add_button(
             "Cancel", color="gray", icon=viser.Icon.X, visible=False, hint="Make no file"
         )
-
-        @self._cancel.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            self.cancel()
+        self._cancel.on_click(ignoring_event(self.cancel))
 
     def start(self, what: str, make: Callable[[ProgressCallback], MadeFile]) -> None:
         """Make a file, unless another is being made.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import viser
@@ -19,6 +20,11 @@ def put_html(element: Any, content: str) -> None:
     """Set an HTML element's content, unless it is on the screen already."""
     if element.content != content:
         element.content = content
+
+
+def ignoring_event(action: Callable[[], None]) -> Callable[[Any], None]:
+    """Return a callback for a widget that does something, whatever the event says."""
+    return lambda _event: action()
 
 
 def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:

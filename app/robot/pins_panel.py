@@ -10,7 +10,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
+from app.gui.widgets import ignoring_event, put_html
 from app.replay.side_by_side import MAX_LANES, LaneReplay
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
@@ -55,7 +55,7 @@ class PinsPanel:
             )
             self._now = gui.add_html("")
             self._table = gui.add_html("")
-        self._toggle.on_click(lambda _event: actions.guarded(self._switch)())
+        self._toggle.on_click(ignoring_event(actions.guarded(self._switch)))
 
     @property
     def pins(self) -> tuple[Entry, ...]:

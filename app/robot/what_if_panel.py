@@ -11,7 +11,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put, put_html
+from app.gui.widgets import ignoring_event, put, put_html
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
@@ -121,8 +121,8 @@ class WhatIfPanel:
             if event.client is not None and self._body is not None:
                 actions.guarded(self._show_body)()
 
-        self._watch.on_click(lambda _event: actions.guarded(self._toggle)())
-        self._reset.on_click(lambda _event: actions.guarded(self.choose)(self._robot, again=True))
+        self._watch.on_click(ignoring_event(actions.guarded(self._toggle)))
+        self._reset.on_click(ignoring_event(actions.guarded(self._undo)))
 
     def choose(self, robot: Entry | None, *, again: bool = False) -> None:
         """Offer to change a robot; what was changed of another one is forgotten.
@@ -140,6 +140,9 @@ class WhatIfPanel:
         self._show_body()
         if again and was:
             self._events.play()
+
+    def _undo(self) -> None:
+        self.choose(self._robot, again=True)
 
     def leave(self) -> None:
         """Watch something else; the comparison goes on."""

@@ -11,7 +11,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
+from app.gui.widgets import ignoring_event, put_html
 from app.runs.comparison_window import ComparisonWindow
 from app.runs.run_names import label_paths
 from engine.analysis.comparison import Comparison, compare_runs
@@ -69,8 +69,8 @@ class ComparePanel:
                 visible=False,
                 hint="Open the last comparison again",
             )
-        self._start.on_click(lambda _event: actions.guarded(self._compare_chosen)())
-        self._again.on_click(lambda _event: self._in_background(self._show)())
+        self._start.on_click(ignoring_event(actions.guarded(self._compare_chosen)))
+        self._again.on_click(ignoring_event(self._in_background(self._show)))
 
     def offer(self, paths: Sequence[Path], shown: Path | None) -> None:
         """Offer runs, at first those of the shown run's task; the list holds still while nothing changes."""

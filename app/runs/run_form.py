@@ -13,7 +13,7 @@ from typing import Any, Final
 import viser
 
 from app.gui.field_docs import field_docs
-from app.gui.widgets import put
+from app.gui.widgets import ignoring_event, put
 from app.runs.launcher import NewRun, check_name, choices
 from app.worker_flags import MAX_WORKERS
 from engine.config import PRESETS, from_json, preset, to_json
@@ -97,7 +97,7 @@ class RunForm:
                 icon=viser.Icon.PLAYER_PLAY,
                 hint="Evolve in a process of its own, which outlives the browser and the app",
             )
-        self.start.on_click(lambda _event: start())
+        self.start.on_click(ignoring_event(start))
         self._preset.on_update(lambda event: self._fill(event) if event.client is not None else None)
         for widget in (self._name, self._workers, *(f.widget for f in self._fields)):
             widget.on_update(lambda event: self.check() if event.client is not None else None)

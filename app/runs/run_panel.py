@@ -14,7 +14,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put, put_html
+from app.gui.widgets import ignoring_event, put, put_html
 from app.runs import launcher
 from app.runs.run_form import RunForm
 from engine.errors import InvalidData
@@ -95,9 +95,9 @@ class RunPanel:
             gui.add_folder("New run", expand_by_default=False),
             actions.guarded(self.start_run, alone=False),
         )
-        self._pause.on_click(lambda _event: actions.guarded(self.pause_run, alone=False)())
-        self._stop.on_click(lambda _event: actions.guarded(self.stop_run, alone=False)())
-        self._resume.on_click(lambda _event: actions.guarded(self.resume_run, alone=False)())
+        self._pause.on_click(ignoring_event(actions.guarded(self.pause_run, alone=False)))
+        self._stop.on_click(ignoring_event(actions.guarded(self.stop_run, alone=False)))
+        self._resume.on_click(ignoring_event(actions.guarded(self.resume_run, alone=False)))
 
     def show_run(
         self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool

@@ -18,9 +18,8 @@ from app.runs.library import Library, RunStatus
 from app.runs.run_panel import RunPanel
 from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
-from app.session.commands import steering_commands, viewing_commands
+from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
-from app.session.palette import add_commands
 from app.session.software_rendering import spare_software_rendering
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError
