@@ -11,7 +11,7 @@ from typing import Final
 import viser
 
 from app.downloads.robot_folder import robot_folder
-from app.gui.browser_value import PageValue
+from app.gui.browser_value import BrowserValue
 from app.gui.file_maker import ProgressCallback
 from engine.errors import InvalidData
 from engine.fabrication.materials import PRESETS, Materials, load_materials
@@ -203,7 +203,7 @@ class BasketMemory:
 
     def __init__(self, gui: viser.GuiApi, remembered: Callable[[list[Kept]], None]) -> None:
         memory = f"(sessionStorage.getItem('{MEMORY_KEY}')||'[]')"
-        self._value = PageValue(gui, "basket memory", memory, lambda text: remembered(parse_memory(text)))
+        self._value = BrowserValue(gui, "basket memory", memory, lambda text: remembered(parse_memory(text)))
 
     def keep(self, robots: Sequence[Kept]) -> None:
         """Let the tab remember robots instead of those before."""

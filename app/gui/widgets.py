@@ -27,14 +27,6 @@ def ignoring_event(action: Callable[[], None]) -> Callable[[Any], None]:
     return lambda _event: action()
 
 
-def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:
-    """Add a text field that nobody sees, through which scripts of the page reach the app."""
-    channel = gui.add_text(label, "", hint="Between the page and the app; not for people")
-    # visible=False would take it out of the page
-    gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
-    return channel
-
-
 def selector(widget: Any) -> str:
     """Return the CSS selector of what viser draws around an input with a label."""
     return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'

@@ -11,6 +11,7 @@ from pathlib import Path
 import viser
 
 from app.gui.click_channel import ClickChannel
+from app.gui.page_channel import page_file
 from app.gui.widgets import in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
@@ -29,22 +30,6 @@ from viz.runs.run_list import RunFacts, state_markup
 WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
 PLAY_HINT = "Run through the generations, from the first one if the last is shown"
-KEYS_STYLE = (
-    "<style>.ta-keys,.ta-picture:has(.ta-map:focus-visible) .ta-figures{display:none}"
-    ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
-)
-"""A map with the keyboard's focus says what the keys do."""
-_ROBOT = 'div[style*="grid-template-rows"]'
-PHONE_STYLE = (
-    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}'
-    f"div:has(>{_ROBOT} .ta-robot){{display:flex;flex-direction:column}}"
-    f"div:has(>{_ROBOT} .ta-robot)>*{{flex:none}}{_ROBOT}:has(.ta-robot){{order:1}}}}"
-    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
-)
-"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window.
-
-It begins with its main panel, the robot's; the maps are what one begins with, and the replay is next.
-"""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
@@ -103,8 +88,7 @@ class ArchivesPanel:
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
-                + KEYS_STYLE
-                + PHONE_STYLE
+                + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + INSTALL
                 + keyboard.INSTALL
                 + keyboard.render_key("space", "key-space", keys.handler)

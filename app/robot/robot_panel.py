@@ -9,6 +9,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
+from app.gui.page_channel import page_file
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
 from engine.config import RunConfig
@@ -24,12 +25,6 @@ WELCOME = (
     "**2** · Click a filled cell to watch it crawl towards its target, the cyan post.\n\n"
     "**3** · Take it along with *Export*, or evolve your own below."
 )
-
-TABS_STYLE = (
-    '<style class="ta-robot">[role="tablist"]:has(>[title="What if"])>[role="tab"]{padding:0 .5em!important}'
-    '[role="tablist"]:has(>[title="What if"])>[role="tab"]>div{margin-right:.35em!important}</style>'
-)
-"""All tabs about a robot in one row."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -55,7 +50,7 @@ class RobotPanel:
         gui = client.gui
         dock(gui)
         with gui.add_folder("Robot"):
-            gui.add_html(TABS_STYLE)
+            gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
             self._welcome = gui.add_markdown(WELCOME)
             self._card = gui.add_html("")
             self._export = gui.add_button(

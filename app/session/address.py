@@ -19,7 +19,7 @@ from typing import Final, Self
 
 import viser
 
-from app.gui.browser_value import PageValue
+from app.gui.browser_value import BrowserValue
 from engine.errors import InvalidData
 from engine.replay.trial import FIRST_TRIAL, Aim, TrialChoice
 from engine.search.archive import Cell
@@ -113,7 +113,7 @@ class AddressBar:
     """
 
     def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
-        self._value = PageValue(gui, "address", "location.search", lambda text: arrived(Place.parse(text)))
+        self._value = BrowserValue(gui, "address", "location.search", lambda text: arrived(Place.parse(text)))
 
     def show(self, place: Place) -> None:
         """Write an address, without a step in the browser's history."""
