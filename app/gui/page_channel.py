@@ -6,6 +6,7 @@ fill such a field are in ``page_channel.js``; every channel brings them along.
 
 from __future__ import annotations
 
+import functools
 import html
 import importlib.resources
 from typing import Final
@@ -15,6 +16,7 @@ import viser
 from app.gui.widgets import selector
 
 
+@functools.cache
 def page_file(name: str, package: str) -> str:
     """Return the text of a script or a style that lies beside a module of a package."""
     return (importlib.resources.files(package) / name).read_text(encoding="utf-8")

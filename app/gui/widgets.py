@@ -28,7 +28,9 @@ def ignoring_event(action: Callable[[], None]) -> Callable[[Any], None]:
 
 
 def selector(widget: Any) -> str:
-    """Return the CSS selector of what viser draws around an input with a label."""
+    """Return the CSS selector of what viser draws around a button, or an input with a label."""
+    if isinstance(widget, viser.GuiButtonHandle):
+        return f'div:has(> [id="{uuid_of(widget)}"])'
     return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
@@ -42,14 +44,12 @@ def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
     """
     rules, left = [], 0.0
     for k, (widget, share) in enumerate(cells):
-        # a button has no label to know it by; it can only be the last
-        this = "*" if isinstance(widget, viser.GuiButtonHandle) else selector(widget)
+        this = selector(widget)
         place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%!important"
         rules.append(f"{this}{{{place}}}" if k == 0 else f"{selector(cells[k - 1][0])}+{this}{{{place}}}")
         label = "width:auto!important;padding-right:6px"
         if labelled is not None and k >= labelled:
             label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
-        if this != "*":
-            rules.append(f"{this}>div>div:has(label){{{label}}}")
+        rules.append(f"{this}>div>div:has(label){{{label}}}")
         left += share
     return f"<style>{''.join(rules)}</style>"

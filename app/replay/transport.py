@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import viser
 
-from app.gui.widgets import put
+from app.gui.page_channel import page_file
+from app.gui.widgets import put, selector
 from app.replay.overlays import Marks
 from app.replay.player import Player
 from app.replay.replay_line import describe
-from app.replay.transport_layout import MIN_WIDTH, WIDTH, layout
 from engine.replay.replay import MAX_FRESH
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from viz.robot import tension_legend
 from viz.robot.geometry import full_tension
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
+WIDTH = 760
+MIN_WIDTH = 420
 MARGIN = 20
+"""Pixels of the panel, and beside it."""
 EXTENSION = 20.0
 FRESH = "fresh"
 ELSEWHERE = "elsewhere…"
@@ -73,7 +77,6 @@ class TransportPanel:
         width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
-            gui.add_html(layout(width))
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
             self._slider = gui.add_slider(
                 "Time",
@@ -111,7 +114,7 @@ class TransportPanel:
             self._speed = gui.add_dropdown(
                 "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
             )
-            gui.add_html('<div style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
+            gui.add_html('<div class="ta-show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
             shown = Marks()
             self._marks = {
                 name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
@@ -120,6 +123,10 @@ class TransportPanel:
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._text = gui.add_html(_text(NOTHING))
+            named = {"play": self._play, "time": self._slider, "more": self._more}
+            named |= {"target": self._target, "noise": self._noise, "fresh": self._fresh, "draw": self._draw}
+            named |= {"speed": self._speed, **self._marks, "follow": self._follow, "loop": self._loop}
+            gui.add_html(_layout(named, narrow=width < WIDTH))
         panel.float(x=MARGIN, y=-15, width=width)
         panel.expand()  # on a phone, too
 
@@ -267,6 +274,19 @@ class TransportPanel:
         interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
         if abs(self._player.time - self._shown_time) >= interval:
             self.refresh()
+
+
+def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:
+    """Return a style that puts the controls in rows: ``transport.css`` with selectors in place of names."""
+    panel = "div:has(> div > .ta-transport)"
+    parts = {"layout": "div:has(> .ta-transport)", "show": "div:has(> .ta-show)"}
+    parts |= {name: selector(control) for name, control in controls.items()}
+    style = page_file("transport.css", __package__).replace("#panel", panel)
+    for name, part in parts.items():
+        style = re.sub(rf"#{name}\b", f"{panel} > {part}", style)
+    if narrow:
+        style = style.replace("@media (max-width: 700px)", "@media all")
+    return f'<style class="ta-transport">{style}</style>'
 
 
 def _exact(repeat: int) -> str:
