@@ -32,7 +32,7 @@ VIDEO_PRICE = 5
 NO_ROBOT = "Click a filled cell of a map first."
 
 
-class Takeaway:
+class Downloads:
     """Makes the files that a user asks for.
 
     Args:

@@ -35,7 +35,7 @@ MAX_MAPS = 4
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class ArchivesEvents:
     """What the panel reports."""
 
     run_chosen: Callable[[Path], None]
@@ -56,7 +56,9 @@ class ArchivesPanel:
         events: whom it reports to.
     """
 
-    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: Events) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: ArchivesEvents
+    ) -> None:
         gui = client.gui
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""

@@ -11,10 +11,10 @@ import numpy as np
 import viser
 from scipy.spatial.transform import Rotation
 
-from app.replay.overlays import Marks
+from app.replay.overlays import Overlays
 from app.replay.robot_drawing import RobotDrawing
 from app.replay.scene_camera import SceneCamera
-from app.replay.side_by_side import LaneReplay, Start
+from app.replay.side_by_side import LaneStart, SideBySideReplay
 from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
 from viz import theme
@@ -41,7 +41,7 @@ class Lane:
         back: x where its robot ends.
     """
 
-    start: Start
+    start: LaneStart
     offset: float
     left: float
     right: float
@@ -59,7 +59,7 @@ class Lane:
         return np.array([0.0, self.offset, 0.0]) - head
 
 
-def lay_out(replays: Sequence[Replay], starts: Sequence[Start]) -> list[Lane]:
+def lay_out(replays: Sequence[Replay], starts: Sequence[LaneStart]) -> list[Lane]:
     """Return lanes from left to right, each as wide as what stands or lies in it at the start."""
     lanes: list[Lane] = []
     edge = 0.0
@@ -89,24 +89,24 @@ def _corners(wall: Wall) -> np.ndarray:
     return Rotation.from_euler("z", wall.yaw).apply(half)[:, :2] + np.array(wall.centre[:2])
 
 
-class LaneArena:
-    """Draws a ``LaneReplay``.
+class SideBySideScene:
+    """Draws a ``SideBySideReplay``.
 
     Args:
         client: whose scene it is.
         camera: of it.
-        marks: returns which marks a frame has.
+        overlays: returns which overlays a frame has.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
         camera: SceneCamera,
-        marks: Callable[[], Marks],
+        overlays: Callable[[], Overlays],
     ) -> None:
-        self._client, self._camera, self._marks = client, camera, marks
+        self._client, self._camera, self._overlays = client, camera, overlays
         self._mutex = threading.Lock()
-        self._replay: LaneReplay | None = None
+        self._replay: SideBySideReplay | None = None
         self._names: Sequence[str] = ()
         self._lanes: list[Lane] = []
         self._drawings: list[RobotDrawing] = []
@@ -116,19 +116,19 @@ class LaneArena:
         """Say what the labels of the next lanes are."""
         self._names = names
 
-    def show(self, replay: LaneReplay, moment: float) -> None:
+    def show(self, replay: SideBySideReplay, moment: float) -> None:
         """Draw a moment of all lanes, in s of their clock; other lanes than the last ones replace those."""
         with self._mutex:
             if replay is not self._replay:
                 self._begin(replay)
-            marks, facing = self._marks(), self._camera.facing
+            overlays, facing = self._overlays(), self._camera.facing
             indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
-            drawings = [d.compute(moment, marks) for d in self._drawings]
+            drawings = [d.compute(moment, overlays) for d in self._drawings]
             with self._client.atomic():
                 for robot, lane, i, drawing in zip(
                     self._drawings, self._lanes, indices, drawings, strict=True
                 ):
-                    robot.show(i, drawing, marks, lane.turn.inv().apply(facing))
+                    robot.show(i, drawing, overlays, lane.turn.inv().apply(facing))
 
     def clear(self) -> None:
         """Remove all lanes."""
@@ -142,7 +142,7 @@ class LaneArena:
             handle.remove()
         self._drawings, self._handles, self._lanes, self._replay = [], [], [], None
 
-    def _begin(self, replay: LaneReplay) -> None:
+    def _begin(self, replay: SideBySideReplay) -> None:
         self._clear()
         settled = [(k, s) for k in range(len(replay.lanes)) if (s := replay.start(k)) is not None]
         replays = [replay.lanes[k] for k, _ in settled]

@@ -12,7 +12,7 @@ import viser
 
 from app.gui.page_channel import page_file
 from app.gui.widgets import put, selector
-from app.replay.overlays import Marks
+from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
 from engine.replay.replay import MAX_FRESH
@@ -33,24 +33,24 @@ DRAWN_FROM = 9999
 NOTHING = "Click a filled cell of a map to watch its robot."
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
-MARK_HINTS = {
+OVERLAY_HINTS = {
     "tension": "Colour every cable by its tension; the legend below says how many newtons",
     "numbers": "The number of each module, the head's in its colour",
     "contacts": "A dot wherever the robot touches the ground or a wall",
     "trail": "Where the head has been since the target was placed",
 }
-"""Names of ``Marks`` and what their checkboxes say."""
+"""Names of ``Overlays`` and what their checkboxes say."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class TransportEvents:
     """What the panel reports."""
 
     trial_chosen: Callable[[TrialChoice], None]
     elsewhere: Callable[[], None]
     """Called when the user wants to place the target."""
     follow_changed: Callable[[bool], None]
-    marks_changed: Callable[[Marks], None]
+    overlays_changed: Callable[[Overlays], None]
 
 
 class TransportPanel:
@@ -65,7 +65,13 @@ class TransportPanel:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int, step: float = 0.1
+        self,
+        client: viser.ClientHandle,
+        player: Player,
+        events: TransportEvents,
+        *,
+        taken: int,
+        step: float = 0.1,
     ) -> None:
         gui = client.gui
         self._player = player
@@ -115,17 +121,17 @@ class TransportPanel:
                 "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
             )
             gui.add_html('<div class="ta-show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
-            shown = Marks()
-            self._marks = {
+            shown = Overlays()
+            self._overlays = {
                 name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
-                for name, hint in MARK_HINTS.items()
+                for name, hint in OVERLAY_HINTS.items()
             }
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._text = gui.add_html(_text(NOTHING))
             named = {"play": self._play, "time": self._slider, "more": self._more}
             named |= {"target": self._target, "noise": self._noise, "fresh": self._fresh, "draw": self._draw}
-            named |= {"speed": self._speed, **self._marks, "follow": self._follow, "loop": self._loop}
+            named |= {"speed": self._speed, **self._overlays, "follow": self._follow, "loop": self._loop}
             gui.add_html(_layout(named, narrow=width < WIDTH))
         panel.float(x=MARGIN, y=-15, width=width)
         panel.expand()  # on a phone, too
@@ -173,13 +179,13 @@ class TransportPanel:
         def _(_event: viser.GuiEvent) -> None:
             self._choose(fresh=True, draw=True)
 
-        for checkbox in self._marks.values():
+        for checkbox in self._overlays.values():
 
             @checkbox.on_update
             def _(event: viser.GuiEvent) -> None:
                 if event.client is not None:
-                    events.marks_changed(
-                        Marks(**{name: box.value is True for name, box in self._marks.items()})
+                    events.overlays_changed(
+                        Overlays(**{name: box.value is True for name, box in self._overlays.items()})
                     )
                     self.refresh()
 
@@ -266,7 +272,7 @@ class TransportPanel:
         self._shown_time = player.time
         self._text.content = _text(
             describe(player),
-            tension_legend.render(full_tension(replay.morphology)) if self._marks["tension"].value else "",
+            tension_legend.render(full_tension(replay.morphology)) if self._overlays["tension"].value else "",
         )
 
     def tick(self) -> None:

@@ -8,12 +8,12 @@ from collections.abc import Callable
 import viser
 
 from app.gui.actions import Actions
-from app.replay.scene import Arena
+from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
-from app.replay.side_by_side import LaneReplay
-from app.replay.side_by_side_scene import LaneArena
+from app.replay.side_by_side import SideBySideReplay
+from app.replay.side_by_side_scene import SideBySideScene
 from app.robot.pins_panel import PinsPanel
-from app.robot.what_if_panel import Events, WhatIfPanel
+from app.robot.what_if_panel import WhatIfEvents, WhatIfPanel
 from engine.replay.replay import Playable
 from engine.replay.trial import TrialChoice
 from engine.replay.what_if import WhatIfReplay
@@ -26,7 +26,7 @@ LABEL_HEIGHT = 0.15
 """Metres that it hangs above the ground."""
 
 
-class Stage:
+class ReplaySource:
     """Owns the panels of what a robot is compared with, and hands moments to whatever draws their kind.
 
     Args:
@@ -42,7 +42,7 @@ class Stage:
     def __init__(
         self,
         client: viser.ClientHandle,
-        arena: Arena,
+        arena: Scene,
         camera: SceneCamera,
         tabs: viser.GuiTabGroupHandle,
         actions: Actions,
@@ -51,13 +51,13 @@ class Stage:
         may_simulate: Callable[[float], bool],
     ) -> None:
         self._arena, self._scene, self._play = arena, client.scene, play
-        self._lanes = LaneArena(client, camera, lambda: arena.marks)
+        self._lanes = SideBySideScene(client, camera, lambda: arena.overlays)
         self._label: viser.LabelHandle | None = None
         self._labelled: Playable | None = None
         self._label_place = -1
         self._n_labels = 0
         self._labelling = threading.Lock()
-        self._what_if = WhatIfPanel(client, tabs, actions, Events(self._play_variant, may_simulate))
+        self._what_if = WhatIfPanel(client, tabs, actions, WhatIfEvents(self._play_variant, may_simulate))
         self._pins = PinsPanel(client, actions, self._play_lanes)
 
     def choose(self, robot: Entry | None) -> None:
@@ -102,7 +102,7 @@ class Stage:
         Returns:
             Whether it is of the chosen robot itself.
         """
-        if isinstance(replay, LaneReplay):
+        if isinstance(replay, SideBySideReplay):
             self._clear_label()
             self._arena.clear()
             self._lanes.show(replay, moment)

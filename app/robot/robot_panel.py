@@ -28,7 +28,7 @@ WELCOME = (
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class RobotEvents:
     """What the panel reports."""
 
     export: Callable[[], None]
@@ -46,7 +46,7 @@ def dock(gui: viser.GuiApi) -> None:
 class RobotPanel:
     """Shows a robot: its card, what goes on inside it, from whom it descends."""
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, actions: Actions, events: RobotEvents) -> None:
         gui = client.gui
         dock(gui)
         with gui.add_folder("Robot"):

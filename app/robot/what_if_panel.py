@@ -35,7 +35,7 @@ HELP = (
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class WhatIfEvents:
     """What the panel reports and asks.
 
     Attributes:
@@ -58,7 +58,11 @@ class WhatIfPanel:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, tabs: viser.GuiTabGroupHandle, actions: Actions, events: Events
+        self,
+        client: viser.ClientHandle,
+        tabs: viser.GuiTabGroupHandle,
+        actions: Actions,
+        events: WhatIfEvents,
     ) -> None:
         gui = client.gui
         self._actions, self._events = actions, events

@@ -32,7 +32,7 @@ _ARCHIVE: Final = re.compile(r"[a-z0-9-]{1,40}")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class Address:
     """What an address says; None is what it does not say.
 
     Attributes:
@@ -80,7 +80,7 @@ class Place:
         )
 
     def query(self) -> str:
-        """Return the query that ``parse`` reads as this place; empty if it says nothing."""
+        """Return the query that ``parse`` reads as this address; empty if it says nothing."""
         trial = self.trial
         said = {
             "run": self.run,
@@ -109,12 +109,14 @@ class AddressBar:
 
     Args:
         gui: of one client, at a place that is always on the page.
-        arrived: called with the place that the browser came for.
+        arrived: called with the address that the browser came with.
     """
 
-    def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
-        self._value = BrowserValue(gui, "address", "location.search", lambda text: arrived(Place.parse(text)))
+    def __init__(self, gui: viser.GuiApi, arrived: Callable[[Address], None]) -> None:
+        self._value = BrowserValue(
+            gui, "address", "location.search", lambda text: arrived(Address.parse(text))
+        )
 
-    def show(self, place: Place) -> None:
+    def show(self, address: Address) -> None:
         """Write an address, without a step in the browser's history."""
-        self._value.change(f"history.replaceState(null,'',location.pathname+{json.dumps(place.query())})")
+        self._value.change(f"history.replaceState(null,'',location.pathname+{json.dumps(address.query())})")

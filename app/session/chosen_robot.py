@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import viser
 
-from app.downloads.downloads import NO_ROBOT, Takeaway
+from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.maps import archives_panel
 from app.maps.map_board import MapBoard
 from app.replay import transport
-from app.replay.ground_picker import GroundPointer
-from app.replay.overlays import Marks
+from app.replay.ground_picker import GroundPicker
+from app.replay.overlays import Overlays
 from app.replay.player import Player
-from app.replay.scene import Arena
+from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
 from app.robot import robot_panel
-from app.robot.replay_source import Stage
+from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
 from app.state import Selection, SessionState
 from engine.errors import InvalidData
@@ -64,20 +64,20 @@ class ChosenRobot:
         self._actions, self._moved = actions, moved
         guarded = actions.guarded
         camera = SceneCamera(client)
-        self._arena = Arena(client, camera)
-        self._pointer = GroundPointer(client.scene, actions)
+        self._arena = Scene(client, camera)
+        self._picker = GroundPicker(client.scene, actions)
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._player = Player(self._show_moment, lambda: self._transport.refresh(), self._may_simulate)
         self._panel = robot_panel.RobotPanel(
             client,
             actions,
-            robot_panel.Events(
-                export=guarded(lambda: self.takeaway.export()),
+            robot_panel.RobotEvents(
+                export=guarded(lambda: self.downloads.export()),
                 ancestor_chosen=guarded(self.choose_ancestor),
-                pin=guarded(lambda: self._stage.pin()),
+                pin=guarded(lambda: self._source.pin()),
             ),
         )
-        self.takeaway = Takeaway(
+        self.downloads = Downloads(
             client,
             state,
             library,
@@ -87,7 +87,7 @@ class ChosenRobot:
             moment=lambda: self._player.time,
         )
         """Makes files of it."""
-        self._stage = Stage(
+        self._source = ReplaySource(
             client,
             self._arena,
             camera,
@@ -99,29 +99,29 @@ class ChosenRobot:
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(
+            transport.TransportEvents(
                 trial_chosen=guarded(self.choose_trial),
                 elsewhere=guarded(self.place_target),
                 follow_changed=self._set_follow,
-                marks_changed=self._set_marks,
+                overlays_changed=self._set_overlays,
             ),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
-        self.takeaway.close()
-        self._stage.close()
+        self.downloads.close()
+        self._source.close()
         self._player.close()
 
     def clear(self) -> None:
         """Show no robot: another run is about to be shown."""
-        self._pointer.cancel()
+        self._picker.cancel()
         self._player.unload()
-        self._stage.clear()
+        self._source.clear()
         self._panel.show_no_robot()
-        self.takeaway.panel.allow_robot(False)
-        self._stage.choose(None)
+        self.downloads.panel.allow_robot(False)
+        self._source.choose(None)
 
     def begin(self, reader: RunReader) -> None:
         """Offer the trials of a run."""
@@ -182,15 +182,15 @@ class ChosenRobot:
             InvalidData: there is no such trial.
         """
         chosen = self._state.selection
-        self._pointer.cancel()
-        if self._stage.shows_a_variant:
+        self._picker.cancel()
+        if self._source.shows_a_variant:
             trial = dataclasses.replace(trial, aim=None)
-        replay = self._stage.replay(trial)
+        replay = self._source.replay(trial)
         if replay is None and chosen is not None:
             replay = Replay.of(self._reader().config, chosen.evaluation, trial)
         if replay is None:
             self._player.unload()
-            self._stage.clear()
+            self._source.clear()
             self._actions.notify("No robot chosen", NO_ROBOT)
             return
         self._state.trial = trial
@@ -206,7 +206,7 @@ class ChosenRobot:
             DumpError: the file cannot be read as a dump.
         """
         dump = read_dump(path)
-        self._stage.clear()
+        self._source.clear()
         self._player.load(DumpReplay(dump))
         self._transport.refresh()
         failed = dump.failed
@@ -244,7 +244,7 @@ class ChosenRobot:
                 if self._player.replay is None
                 else "A target can be placed while one robot of an archive is replayed; go back to it first."
             )
-        self._pointer.ask(self._aim)
+        self._picker.ask(self._aim)
         self._actions.notify("Where to?", "Click on the ground where the target is to be.")
 
     def _aim(self, point: np.ndarray) -> None:
@@ -264,9 +264,9 @@ class ChosenRobot:
             where = f"ancestor of robot {chosen.line[0].number}"
         reader = self._reader()
         self._panel.show_robot(reader.config, chosen.evaluation, where, chosen.entered, line=chosen.line)
-        self.takeaway.panel.allow_robot(True)
+        self.downloads.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
-        self._stage.choose(
+        self._source.choose(
             Entry(
                 path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
             )
@@ -290,12 +290,12 @@ class ChosenRobot:
 
     def _show_moment(self, replay: Playable, index: int, moment: float) -> None:
         if replay is self._player.replay:
-            if self._stage.show(replay, index, moment):
+            if self._source.show(replay, index, moment):
                 self._panel.show_frame(replay, index, playing=self._player.playing)
             self._transport.tick()
 
-    def _set_marks(self, marks: Marks) -> None:
-        self._arena.marks = marks
+    def _set_overlays(self, overlays: Overlays) -> None:
+        self._arena.overlays = overlays
         self._player.redraw()
 
     def _set_follow(self, follow: bool) -> None:

@@ -53,7 +53,7 @@ def viewing_commands(
     session: Viewer, robot: ChosenRobot, actions: Actions, picker: RunPicker
 ) -> list[PaletteCommand]:
     """Return what everybody may do."""
-    guarded, icon, takeaway = actions.guarded, viser.Icon, robot.takeaway
+    guarded, icon, downloads = actions.guarded, viser.Icon, robot.downloads
     return [
         PaletteCommand(
             "Choose a run",
@@ -92,25 +92,25 @@ def viewing_commands(
             "Export this robot",
             "Download it as a zip: build sheet, parts, firmware, MJCF",
             icon.DOWNLOAD,
-            guarded(takeaway.export),
+            guarded(downloads.export),
         ),
         PaletteCommand(
             "Add this robot to the basket",
             "Keep it, to download several at once",
             icon.BASKET,
-            guarded(takeaway.add),
+            guarded(downloads.add),
         ),
         PaletteCommand(
             "Save the replay as a video",
             "An MP4 of the trial that is shown",
             icon.MOVIE,
-            guarded(lambda: takeaway.record("mp4")),
+            guarded(lambda: downloads.record("mp4")),
         ),
         PaletteCommand(
             "Save the replay as a page",
             "One HTML file that plays without a server",
             icon.FILE_CODE,
-            guarded(lambda: takeaway.record("html")),
+            guarded(lambda: downloads.record("html")),
         ),
     ]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import viser
 
 from app.replay import transport
-from app.replay.overlays import Marks
+from app.replay.overlays import Overlays
 from app.replay.player import Player
-from app.replay.scene import Arena
+from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
 from app.robot.robot_panel import WIDTH, dock
 from app.session.software_rendering import spare_software_rendering
@@ -35,16 +35,16 @@ class DumpSession:
         dock(gui)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
-        self._arena = Arena(client, camera)
+        self._arena = Scene(client, camera)
         self._player = Player(self._show_moment, lambda: self._transport.refresh())
         self._transport = transport.TransportPanel(
             client,
             self._player,
-            transport.Events(
+            transport.TransportEvents(
                 trial_chosen=lambda _trial: None,
                 elsewhere=lambda: None,
                 follow_changed=self._set_follow,
-                marks_changed=self._set_marks,
+                overlays_changed=self._set_overlays,
             ),
             taken=WIDTH,
             step=SLIDER_STEP,
@@ -65,6 +65,6 @@ class DumpSession:
     def _set_follow(self, follow: bool) -> None:
         self._arena.follow = follow
 
-    def _set_marks(self, marks: Marks) -> None:
-        self._arena.marks = marks
+    def _set_overlays(self, overlays: Overlays) -> None:
+        self._arena.overlays = overlays
         self._player.redraw()

@@ -11,7 +11,7 @@ import viser
 from app.gui.actions import Actions
 from app.runs.library import Library
 from app.runs.run_names import find_run, run_name
-from app.session.address import AddressBar, Place
+from app.session.address import Address, AddressBar
 from app.session.chosen_robot import ChosenRobot
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError
@@ -68,7 +68,7 @@ class Navigation:
         self._arrived = False
         self._bar: AddressBar | None = None
         # a program that is no browser never says where it came for
-        self._impatience = threading.Timer(PATIENCE, actions.guarded(self._arrive), [Place()])
+        self._impatience = threading.Timer(PATIENCE, actions.guarded(self._arrive), [Address()])
         self._impatience.daemon = True
 
     def begin(self) -> None:
@@ -91,7 +91,7 @@ class Navigation:
             return
         chosen = state.selection
         self._bar.show(
-            Place(
+            Address(
                 run=run_name(state.path, self._library.runs()),
                 archive=None if chosen is None else chosen.archive,
                 cell=None if chosen is None else chosen.own_cell,
@@ -101,7 +101,7 @@ class Navigation:
             )
         )
 
-    def _arrive(self, place: Place) -> None:
+    def _arrive(self, address: Address) -> None:
         """Go where the browser came for, or to the first run; what cannot be found is said.
 
         Raises:
@@ -109,12 +109,12 @@ class Navigation:
         """
         fresh, self._arrived = not self._arrived, True
         self._impatience.cancel()
-        path = None if place.run is None else find_run(place.run, self._library.runs())
+        path = None if address.run is None else find_run(address.run, self._library.runs())
         if path is None:
-            if place.run is not None:
+            if address.run is not None:
                 self._actions.notify(
                     "No such run",
-                    f"There is no run {place.run[:80]!r} here; choose one from the list.",
+                    f"There is no run {address.run[:80]!r} here; choose one from the list.",
                     stays=True,
                 )
             if fresh:
@@ -125,14 +125,14 @@ class Navigation:
         except TensAtlasError:
             self._traveller.open_first()
             raise
-        if place.generation is not None:
-            self._traveller.show_generation(place.generation)
-        archive, number = place.archive or "morphology", place.robot
-        if number is None and place.cell is not None:
-            number = self._traveller.holder(archive, place.cell)
+        if address.generation is not None:
+            self._traveller.show_generation(address.generation)
+        archive, number = address.archive or "morphology", address.robot
+        if number is None and address.cell is not None:
+            number = self._traveller.holder(archive, address.cell)
             if number is None:
                 raise InvalidData(
-                    f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
+                    f"Cell {cell_name(address.cell)} of the {archive} archive is empty; click a filled one."
                 )
         if number is not None:
-            self._robot.choose(archive, place.cell, number, place.trial)
+            self._robot.choose(archive, address.cell, number, address.trial)

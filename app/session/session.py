@@ -48,7 +48,7 @@ class Session:
         self._archives = archives_panel.ArchivesPanel(
             client,
             library.facts,
-            archives_panel.Events(
+            archives_panel.ArchivesEvents(
                 run_chosen=guarded(self.open_run),
                 generation_chosen=self._slide,
                 cell_clicked=guarded(self.pick),
@@ -87,7 +87,7 @@ class Session:
         add_commands(client.gui, commands)
         self._navigation = Navigation(client, self, self._robot, self._state, library, self._actions)
         self._navigation.begin()
-        self._robot.takeaway.begin(client.gui)
+        self._robot.downloads.begin(client.gui)
         spare_software_rendering(client)
 
     def open_next(self) -> None:
