@@ -12,7 +12,7 @@ import viser
 
 from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file
-from app.gui.widgets import in_a_row, put, put_html
+from app.gui.widgets import ignoring_event, in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
@@ -53,25 +53,23 @@ class ArchivesPanel:
     Args:
         client: the browser.
         facts: what is known of a run on offer.
-        events: whom it reports to.
     """
 
-    def __init__(
-        self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: ArchivesEvents
-    ) -> None:
-        gui = client.gui
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
+        gui = self._gui = client.gui
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""
-        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
-            self.picker = RunPicker(gui, facts, events.run_chosen)
+        self._tab = panel.add_tab("Archives", viser.Icon.GRID_DOTS)
+        self._handler = ""
+        with self._tab:
+            self.picker = RunPicker(gui, facts)
             """The list of runs."""
             self._status = gui.add_html("")
             self._notice = gui.add_html("")
             self._layout = gui.add_dropdown(
                 "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
             )
-            self._colors = ColorControls(gui, events.colors_changed)
-            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            self._colors = ColorControls(gui)
             self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
             self._rings = gui.add_html("")
             self._slider = gui.add_slider(
@@ -87,27 +85,32 @@ class ArchivesPanel:
                 "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
             )
             self._trend = gui.add_html("")
-            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
                 + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + INSTALL
                 + keyboard.INSTALL
-                + keyboard.render_key("space", "key-space", keys.handler)
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
         panel.set_width(WIDTH)
 
+    def connect(self, events: ArchivesEvents) -> None:
+        """Report from now on what the user does; call it once, when all that it is reported to is there."""
+        gui = self._gui
+        with self._tab:
+            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
+            gui.add_html(keyboard.render_key("space", "key-space", keys.handler))
+        self.picker.on_choose(events.run_chosen)
+        self._colors.on_change(events.colors_changed)
+        self._play.on_click(ignoring_event(events.growth_played))
+
         @self._layout.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:
                 events.layout_chosen(str(event.target.value))
-
-        @self._play.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            events.growth_played()
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -115,10 +118,6 @@ class ArchivesPanel:
             # a browser may send anything; what Python sets has no client
             if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
                 events.generation_chosen(int(min(max(value, 0), self._slider.max)))
-
-    def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
-        """List the runs on offer."""
-        self.picker.offer(paths, chosen)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""

@@ -21,14 +21,11 @@ class RunPicker:
     Args:
         gui: of one client, inside the panel that it belongs to.
         facts: what is known of a run.
-        chosen: called with the run that the user chooses.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, facts: Callable[[Path], RunFacts], chosen: Callable[[Path], None]
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Callable[[Path], RunFacts]) -> None:
         self._facts = facts
-        self._report = chosen
+        self._report: Callable[[Path], None] = lambda _path: None
         self._labels: dict[str, Path] = {}
         self._listed: tuple[Path, ...] | None = None
         self._chosen: Path | None = None
@@ -48,6 +45,10 @@ class RunPicker:
         self._upload_style = gui.add_html(self._hide_upload)
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()
+
+    def on_choose(self, chosen: Callable[[Path], None]) -> None:
+        """Call a function with every run that the user chooses."""
+        self._report = chosen
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
         """Offer runs; an unfolded list stays as it is unless there are others, so that it holds still."""

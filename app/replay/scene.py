@@ -9,6 +9,7 @@ import numpy as np
 import viser
 
 from app.replay.overlays import Overlays
+from app.replay.player import ReplayMoment
 from app.replay.robot_drawing import RobotDrawing
 from app.replay.scene_camera import SceneCamera
 from engine.replay.replay import Playable
@@ -53,33 +54,27 @@ class Scene:
         )
         client.camera.on_update(lambda _camera: self._face())
 
-    def show(self, replay: Playable, index: int, moment: float) -> None:
-        """Draw a moment of a replay; another replay than the last one replaces the robot.
-
-        Args:
-            replay: the robot.
-            index: of the recorded frame that is nearest.
-            moment: of the replay's clock, in s.
-        """
+    def show(self, moment: ReplayMoment) -> None:
+        """Draw a moment of a replay; another replay than the last one replaces the robot."""
         with self._drawing:
-            self._show(replay, index, moment)
+            self._show(moment)
 
     def clear(self) -> None:
         """Remove the robot."""
         with self._drawing:
             self._clear()
 
-    def _show(self, replay: Playable, index: int, moment: float) -> None:
-        overlays = self.overlays
+    def _show(self, moment: ReplayMoment) -> None:
+        replay, overlays = moment.replay, self.overlays
         is_new = self._robot is None or replay is not self._robot.replay
         if self._robot is None or is_new:
             self._clear()
             self._robot = RobotDrawing(self._scene, replay)
-        drawing = self._robot.compute(moment, overlays)
+        drawing = self._robot.compute(moment.time, overlays)
         if self._robot.place_world() or is_new:
             self._look_at(drawing, replay)
         with self._client.atomic():
-            self._robot.show(index, drawing, overlays, self._camera.facing)
+            self._robot.show(moment.index, drawing, overlays, self._camera.facing)
         centre = drawing.centres[:, :2].mean(axis=0)
         if self.follow:
             self._camera.follow(centre)

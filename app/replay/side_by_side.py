@@ -46,11 +46,12 @@ class SideBySideReplay:
 
     Args:
         lanes: one to four replays, of trials that need not be equally long.
+        names: of the lanes, for people.
     """
 
-    def __init__(self, lanes: Sequence[Replay]) -> None:
+    def __init__(self, lanes: Sequence[Replay], names: Sequence[str]) -> None:
         assert 1 <= len(lanes) <= MAX_LANES
-        self.lanes = tuple(lanes)
+        self.lanes, self.names = tuple(lanes), tuple(names)
         self.target: np.ndarray | None = None
         self.walls: tuple[Wall, ...] = ()
         self._moments = _Moments(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import viser
@@ -95,33 +95,22 @@ class SideBySideScene:
     Args:
         client: whose scene it is.
         camera: of it.
-        overlays: returns which overlays a frame has.
     """
 
-    def __init__(
-        self,
-        client: viser.ClientHandle,
-        camera: SceneCamera,
-        overlays: Callable[[], Overlays],
-    ) -> None:
-        self._client, self._camera, self._overlays = client, camera, overlays
+    def __init__(self, client: viser.ClientHandle, camera: SceneCamera) -> None:
+        self._client, self._camera = client, camera
         self._mutex = threading.Lock()
         self._replay: SideBySideReplay | None = None
-        self._names: Sequence[str] = ()
         self._lanes: list[Lane] = []
         self._drawings: list[RobotDrawing] = []
         self._handles: list[viser.SceneNodeHandle] = []
 
-    def name(self, names: Sequence[str]) -> None:
-        """Say what the labels of the next lanes are."""
-        self._names = names
-
-    def show(self, replay: SideBySideReplay, moment: float) -> None:
+    def show(self, replay: SideBySideReplay, moment: float, overlays: Overlays) -> None:
         """Draw a moment of all lanes, in s of their clock; other lanes than the last ones replace those."""
         with self._mutex:
             if replay is not self._replay:
                 self._begin(replay)
-            overlays, facing = self._overlays(), self._camera.facing
+            facing = self._camera.facing
             indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
             drawings = [d.compute(moment, overlays) for d in self._drawings]
             with self._client.atomic():
@@ -160,11 +149,10 @@ class SideBySideScene:
             drawing = RobotDrawing(scene, robot, prefix=f"/lanes/{k}", trail=theme.LANES[k])
             drawing.place_world()
             self._drawings.append(drawing)
-            name = self._names[k] if k < len(self._names) else str(k + 1)
             self._handles.append(
                 scene.add_label(
                     f"/lanes/name-{k}",
-                    name,
+                    replay.names[k],
                     position=(lane.back - 0.1, (lane.left + lane.right) / 2, 0.0),
                     anchor="center-center",
                 )

@@ -1,4 +1,4 @@
-"""The bottom panel of one browser: play, pause, scrub, speed, which trial."""
+"""The bottom panel of one browser: play, pause, scrub, speed, which trial, what is drawn of it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 import viser
 
 from app.gui.page_channel import page_file
-from app.gui.widgets import put, selector
+from app.gui.widgets import ignoring_event, put, selector
 from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
+from app.replay.scene import Scene
 from engine.replay.replay import MAX_FRESH
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from viz.robot import tension_legend
@@ -44,21 +45,20 @@ OVERLAY_HINTS = {
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class TransportEvents:
-    """What the panel reports."""
+    """What the panel reports; nothing where there is only one trial to play."""
 
-    trial_chosen: Callable[[TrialChoice], None]
-    elsewhere: Callable[[], None]
+    trial_chosen: Callable[[TrialChoice], None] = lambda _trial: None
+    elsewhere: Callable[[], None] = lambda: None
     """Called when the user wants to place the target."""
-    follow_changed: Callable[[bool], None]
-    overlays_changed: Callable[[Overlays], None]
 
 
 class TransportPanel:
-    """Controls a player and shows where it is.
+    """Controls a player and the scene that it plays in, and shows where it is.
 
     Args:
         client: the browser.
         player: what it controls.
+        scene: that shows what is played.
         events: whom it reports to.
         taken: width in pixels that docked panels take.
         step: of the slider, in s.
@@ -68,6 +68,7 @@ class TransportPanel:
         self,
         client: viser.ClientHandle,
         player: Player,
+        scene: Scene,
         events: TransportEvents,
         *,
         taken: int,
@@ -136,21 +137,15 @@ class TransportPanel:
         panel.float(x=MARGIN, y=-15, width=width)
         panel.expand()  # on a phone, too
 
-        @self._play.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            player.toggle()
-            self.refresh()
+        self._play.on_click(ignoring_event(player.toggle))
+        self._more.on_click(ignoring_event(lambda: player.extend(EXTENSION)))
+        self._draw.on_click(ignoring_event(lambda: self._choose(fresh=True, draw=True)))
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
             value = event.target.value
             if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
                 player.seek(float(value))
-
-        @self._more.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            player.extend(EXTENSION)
-            self.refresh()
 
         @self._speed.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -162,7 +157,7 @@ class TransportPanel:
 
         @self._follow.on_update
         def _(event: viser.GuiEvent) -> None:
-            events.follow_changed(event.target.value is True)
+            scene.follow = event.target.value is True
 
         @self._target.on_update
         @self._noise.on_update
@@ -175,19 +170,17 @@ class TransportPanel:
             if event.client is not None and self._noise.value == FRESH:
                 self._choose()
 
-        @self._draw.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            self._choose(fresh=True, draw=True)
-
         for checkbox in self._overlays.values():
 
             @checkbox.on_update
             def _(event: viser.GuiEvent) -> None:
                 if event.client is not None:
-                    events.overlays_changed(
-                        Overlays(**{name: box.value is True for name, box in self._overlays.items()})
-                    )
+                    shown = {name: box.value is True for name, box in self._overlays.items()}
+                    scene.overlays = Overlays(**shown)
+                    player.redraw()
                     self.refresh()
+
+        player.attach(self)
 
     def set_trials(self, targets: Sequence[str], repeats: int) -> None:
         """Offer the trials of a run, towards targets with names."""

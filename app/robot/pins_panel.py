@@ -43,7 +43,7 @@ class PinsPanel:
         self._pins: list[Entry] = []
         self._told = 0.0
         self.side_by_side = False
-        """Whether the arena shows the pinned robots instead of the chosen one."""
+        """Whether the scene shows the pinned robots instead of the chosen one."""
         with gui.add_folder("Side by side"):
             self._list = gui.add_html(NOTHING)
             self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="pins").handler
@@ -77,10 +77,6 @@ class PinsPanel:
     def replay(self, trial: TrialChoice) -> SideBySideReplay:
         """Return the replay of the pinned robots; of a run with fewer targets or seeds its last one."""
         return side_by_side_replay(self._pins, trial)
-
-    def lane_names(self) -> list[str]:
-        """Return what the lanes are labelled with."""
-        return [differences.lane_name(e, k) for k, e in enumerate(self._pins)]
 
     def tell(self, replay: SideBySideReplay, moment: float) -> None:
         """Show how far every robot is from its target, now and then and where the replay ends."""
@@ -159,4 +155,4 @@ def side_by_side_replay(robots: Sequence[Entry], trial: TrialChoice) -> SideBySi
             trial, target=min(trial.target, n_targets - 1), repeat=min(trial.repeat, repeats - 1)
         )
         lanes.append(Replay.of(robot.config, robot.evaluation, known))
-    return SideBySideReplay(lanes)
+    return SideBySideReplay(lanes, [differences.lane_name(robot, k) for k, robot in enumerate(robots)])

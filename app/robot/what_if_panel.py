@@ -39,7 +39,7 @@ class WhatIfEvents:
     """What the panel reports and asks.
 
     Attributes:
-        play: the arena is to show the variant, or the robot itself again.
+        play: the scene is to show the variant, or the robot itself again.
         may_simulate: asked before so many seconds of robots' time are simulated; it says why not.
     """
 
@@ -72,7 +72,7 @@ class WhatIfPanel:
         self._timer: threading.Timer | None = None
         self._mutex = threading.RLock()
         self.watching = False
-        """Whether the arena shows the variant instead of the robot itself."""
+        """Whether the scene shows the variant instead of the robot itself."""
         with tabs.add_tab("What if", viser.Icon.FLASK):
             self._text = gui.add_html(NOTHING)
             self._modules = gui.add_slider(
@@ -136,7 +136,7 @@ class WhatIfPanel:
             again: whether to replay the robot itself if its variant was being watched.
         """
         was = self.watching
-        self._stop()
+        self.stop()
         self._robot, self.watching = robot, False
         self._body = None if robot is None else robot.evaluation.solution.morphology
         put_html(self._text, NOTHING if robot is None else HELP)
@@ -144,9 +144,6 @@ class WhatIfPanel:
         self._show_body()
         if again and was:
             self._events.play()
-
-    def _undo(self) -> None:
-        self.choose(self._robot, again=True)
 
     def leave(self) -> None:
         """Watch something else; the comparison goes on."""
@@ -162,10 +159,6 @@ class WhatIfPanel:
         if self._what_if is None:
             raise InvalidData("Change the robot first.")
         return WhatIfReplay(self._what_if, target)
-
-    def close(self) -> None:
-        """Simulate no more."""
-        self._stop()
 
     def _stiffer(self, body: Morphology) -> Morphology:
         value = self._stiffness.value
@@ -197,7 +190,7 @@ class WhatIfPanel:
         if self._robot is not None and body == self._robot.evaluation.solution.morphology:
             self.choose(self._robot, again=True)
             return
-        self._stop()
+        self.stop()
         self._body, self.watching = body, False
         self._show_body()
         put_html(self._result, "")
@@ -240,12 +233,16 @@ class WhatIfPanel:
         lines = view.compare(what_if.config, robot.evaluation, what_if.scores, second)
         put_html(self._result, view.render_table(lines, heading, what_if.failure))
 
+    def _undo(self) -> None:
+        self.choose(self._robot, again=True)
+
     def _toggle(self) -> None:
         self.watching = not self.watching and self._what_if is not None
         self._show_buttons()
         self._events.play()
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
+        """Simulate no more."""
         with self._mutex:
             if self._timer is not None:
                 self._timer.cancel()

@@ -77,7 +77,7 @@ def viewing_commands(
             guarded(session.show_newest),
         ),
         PaletteCommand(
-            "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.toggle_replay)
+            "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.player.toggle)
         ),
         PaletteCommand(
             "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(robot.replay_again)

@@ -50,7 +50,8 @@ def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> Non
     replay = side_by_side_replay([entry(small_reader, n) for n in (2, 3, 4)], TrialChoice(target=1))
     assert len(replay.frames) == 0
     shown: list[tuple[float, int]] = []
-    player = Player(lambda _r, i, moment: shown.append((moment, i)), lambda: None)
+    player = Player()
+    player.show_with(lambda moment: shown.append((moment.time, moment.index)))
     player.speed = 4.0
     player.load(replay)
     wait(lambda: not player.playing)
