@@ -13,7 +13,7 @@ from typing import Final
 
 import viser
 
-from app.gui.widgets import selector
+from app.gui.viser_private import selector
 
 
 @functools.cache

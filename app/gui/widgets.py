@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import viser
-
-from app.gui.viser_private import uuid_of
+from app.gui.viser_private import selector
 
 
 def put(widget: Any, value: Any, attribute: str = "value") -> None:
@@ -25,13 +23,6 @@ def put_html(element: Any, content: str) -> None:
 def ignoring_event(action: Callable[[], None]) -> Callable[[Any], None]:
     """Return a callback for a widget that does something, whatever the event says."""
     return lambda _event: action()
-
-
-def selector(widget: Any) -> str:
-    """Return the CSS selector of what viser draws around a button, or an input with a label."""
-    if isinstance(widget, viser.GuiButtonHandle):
-        return f'div:has(> [id="{uuid_of(widget)}"])'
-    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
 def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:

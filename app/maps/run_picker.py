@@ -8,7 +8,7 @@ from pathlib import Path
 import viser
 
 from app.gui.click_channel import ClickChannel
-from app.gui.viser_private import uuid_of
+from app.gui.viser_private import selector
 from app.gui.widgets import put_html
 from app.runs.run_names import label_paths
 from viz.runs import run_list
@@ -41,7 +41,7 @@ class RunPicker:
         """Brings run files; shown with the list once ``allow_upload`` was called."""
         self._may_upload = False
         # viser shows an upload button whatever its ``visible`` says
-        self._hide_upload = f"<style>div:has(>[id='{uuid_of(self.upload)}']){{display:none}}</style>"
+        self._hide_upload = f"<style>{selector(self.upload)}{{display:none}}</style>"
         self._upload_style = gui.add_html(self._hide_upload)
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()

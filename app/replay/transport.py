@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 import viser
 
 from app.gui.page_channel import page_file
-from app.gui.widgets import ignoring_event, put, selector
+from app.gui.viser_private import selector
+from app.gui.widgets import ignoring_event, put
 from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
