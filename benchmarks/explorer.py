@@ -33,8 +33,8 @@ from benchmarks.synthetic_run import SyntheticRun, write_run
 from benchmarks.timing import machine
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.config import preset
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 
 UNCACHED: Final = 0.6
 CACHED: Final = 0.15

@@ -43,10 +43,11 @@ from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
-from engine.runs.evolve import create_algorithm, statistics, versions
+from engine.runs.evolve import create_algorithm, statistics
+from engine.simulation.divergence import Failure
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
-from engine.simulation.history import Failure
 from engine.simulation.model import build_robot
+from engine.simulation.provenance import versions
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
 from engine.storage.reader import RunReader

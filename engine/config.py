@@ -13,7 +13,7 @@ from engine.search.dm_me import check_cell_capacity
 from engine.search.map_search import PAPER_REFITS, check_overlap, check_schedule
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.tasks import get_task
 
 AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]

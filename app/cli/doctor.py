@@ -18,8 +18,7 @@ from rich.console import Console
 from app.runs.library import NEW_RUNS
 from engine.config import preset
 from engine.errors import TensAtlasError
-from engine.runs.evolve import versions
-from engine.simulation.provenance import instruction_sets, processor_facts
+from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
 from engine.storage.check import Finding, check_run
 from engine.storage.reader import RunReader

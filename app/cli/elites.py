@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from engine.errors import InvalidData, RunFileError
-from engine.search.archive import Cell
+from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 
 
 def find_elite(reader: RunReader, archive: str, cell: Cell) -> int:

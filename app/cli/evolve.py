@@ -11,6 +11,7 @@ from app.cli.progress import ProgressDisplay
 from app.worker_flags import WorkerFlags, opened
 from engine.config import RunConfig
 from engine.runs import evolve as run
+from engine.storage.reader import changed_versions
 from engine.workers.malloc import keep_memory_compact
 
 
@@ -38,6 +39,6 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         if config is not None:
             run.evolve(path, config, **computing)
             return
-        for change in run.changed_versions(path):
+        for change in changed_versions(path):
             console.print(f"tensatlas: note: {change}: results may differ", markup=False)
         run.resume(path, **computing)

@@ -13,8 +13,8 @@ from engine.errors import ExportError, InvalidData, TensAtlasError
 from engine.export import check_folder, write_folder
 from engine.fabrication.materials import Materials, load_materials
 from engine.files import csv_text
+from engine.search.archive import cell_name, parse_cell
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name, parse_cell
 from viz.build_sheet.facts import Place
 from viz.build_sheet.style import PaperName
 

@@ -27,10 +27,10 @@ from app.worker_flags import WorkerFlags, check_workers
 from engine.analysis.verify import changed_physics, verify
 from engine.config import preset
 from engine.errors import TensAtlasError
+from engine.search.archive import parse_cell
 from engine.simulation.provenance import differing
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
-from engine.storage.rows import parse_cell
+from engine.storage.rows import Generation
 from engine.tasks import TASKS_VARIABLE, get_task, load_task
 
 USAGE_ERROR = 2

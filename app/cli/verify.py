@@ -12,11 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from app.cli import commands as c
-from engine.analysis.motion import Motion
-from engine.analysis.verify import Samples, Verification
+from engine.analysis.verify import Motion, Samples, Verification
 from engine.config import RunConfig
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.tasks import get_task
 
 

@@ -14,7 +14,7 @@ from app.robot.live_panel import LivePanel
 from engine.config import RunConfig
 from engine.replay.replay import Playable
 from engine.simulation.evaluation import Evaluation
-from engine.storage.lineage import Ancestor
+from engine.storage.rows import Ancestor
 from engine.tasks import get_task
 from viz.robot import robot_card
 

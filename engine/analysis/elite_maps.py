@@ -15,14 +15,12 @@ from typing import Final
 import numpy as np
 
 from engine.errors import InvalidData, RunFileError
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.search.axes import body_axes, body_cell, trajectory_axes
+from engine.search.axes import Axis, body_axes, body_cell, project, trajectory_axes
 from engine.search.descriptors import TrajectoryDescriptor, sensory_data
-from engine.search.projection import project
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.tasks import get_task
 
 MORPHOLOGY: Final = "morphology"

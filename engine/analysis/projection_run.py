@@ -11,12 +11,11 @@ from typing import Any, Final
 from engine.analysis.elite_maps import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
 from engine.errors import RunFileError
 from engine.runs.evolve import check_physics, create_evaluator, statistics
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
-from engine.search.axes import body_axes, trajectory_axes
+from engine.search.axes import Axis, body_axes, trajectory_axes
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.storage.writer import RunWriter
 from engine.tasks import get_task
 

@@ -20,8 +20,9 @@ from engine.analysis.robustness import (
 )
 from engine.analysis.verify import with_noise
 from engine.errors import InvalidData, RunFileError
-from engine.runs.evolve import check_physics, create_evaluator, versions
+from engine.runs.evolve import check_physics, create_evaluator
 from engine.simulation.evaluation import Solution
+from engine.simulation.provenance import versions
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
 from engine.tasks import get_task, task_version

@@ -21,8 +21,8 @@ from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.search.archive import Cell
 from engine.search.axes import body_axes
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.tasks import get_task
 
 ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}

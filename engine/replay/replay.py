@@ -15,8 +15,8 @@ from engine.errors import InvalidData, TaskError
 from engine.replay.contacts import ContactFinder
 from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.evaluation import Evaluation, fresh_number, noise_seed
+from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
-from engine.simulation.timestep import check_timestep
 from engine.tasks import get_task, target_offsets, worlds
 from engine.tasks.walls import Wall
 

@@ -11,61 +11,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData, TaskError
 from engine.replay.contacts import ContactFinder
 from engine.replay.replay import UPDATES_PER_FRAME, Frame
 from engine.simulation.evaluation import Evaluation, noise_seed
+from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
-from engine.simulation.timestep import check_timestep
 from engine.tasks import fitness, get_task, target_offsets, worlds
 from engine.tasks.walls import Wall
-
-
-def with_modules(body: Morphology, n: int) -> Morphology:
-    """Return a body with modules taken from its end, or added there as copies of its last.
-
-    Raises:
-        InvalidData: there cannot be so many modules.
-    """
-    if not MIN_MODULES <= n <= MAX_MODULES:
-        raise InvalidData(f"modules must be from {MIN_MODULES} to {MAX_MODULES}, not {n}")
-    faces = (body.faces + body.faces[-1:] * n)[:n]
-    level = body.stiffness_level
-    if isinstance(level, tuple):
-        level = (level + level[-1:] * n)[:n]
-    return Morphology(level, faces)
-
-
-def with_face(body: Morphology, module: int, face: int) -> Morphology:
-    """Return a body of which one module, counted from 0, joins the next one at another face.
-
-    Raises:
-        InvalidData: there is no such module or face.
-    """
-    if not 0 <= module < body.n_modules:
-        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology(body.stiffness_level, (*body.faces[:module], face, *body.faces[module + 1 :]))
-
-
-def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
-    """Return a body of another stiffness level, in all of its modules or in one, counted from 0.
-
-    Raises:
-        InvalidData: there is no such level or module, or its modules share one stiffness.
-    """
-    if not 1 <= level <= N_STIFFNESS_LEVELS:
-        raise InvalidData(f"stiffness level must be from 1 to {N_STIFFNESS_LEVELS}, not {level}")
-    levels = body.stiffness_level
-    if module is None:
-        return Morphology((level,) * len(levels) if isinstance(levels, tuple) else level, body.faces)
-    if not isinstance(levels, tuple):
-        raise InvalidData("the modules of this robot share one stiffness")
-    if not 0 <= module < body.n_modules:
-        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology((*levels[:module], level, *levels[module + 1 :]), body.faces)
 
 
 class WhatIf:

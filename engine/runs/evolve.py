@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import importlib.metadata
-import platform
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
@@ -17,18 +15,18 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.replay.dump import DumpFolder
-from engine.search.algorithm import Algorithm
+from engine.search.algorithm import Algorithm, Snapshot
 from engine.search.archive import GridArchive
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
-from engine.search.snapshot import Snapshot
 from engine.search.vie_neat import VieNeat
 from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
-from engine.simulation.model import body_fingerprint, build_robot
-from engine.simulation.timestep import check_timestep
+from engine.simulation.model import build_robot
+from engine.simulation.physics import check_timestep
+from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
-from engine.tasks import get_task, task_version
+from engine.tasks import get_task
 from engine.workers.evaluator import LocalStream, Stream
 from engine.workers.job import world_of
 from engine.workers.pool import PoolEvaluator, Workers
@@ -103,26 +101,6 @@ def create_evaluator(config: RunConfig, n_threads: int, dumps: DumpFolder | None
     )
 
 
-def versions(task: str = "") -> dict[str, str]:
-    """Return the versions of what decides a run's outcome.
-
-    Args:
-        task: the run's; if it comes from a file of the user's, its hash is one of them.
-    """
-    packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
-    found = {
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-        "physics": body_fingerprint(),
-    }
-    for p in packages:
-        try:
-            found[p] = importlib.metadata.version(p)
-        except importlib.metadata.PackageNotFoundError:
-            found[p] = "unknown"
-    return found | task_version(task)
-
-
 def evolve(
     path: Path,
     config: RunConfig,
@@ -162,23 +140,6 @@ def check_physics(config: RunConfig) -> None:
         build_robot(body, config.physics)
     except ValueError as e:
         raise InvalidData(f"physics: MuJoCo refuses this robot: {str(e).splitlines()[0]}") from None
-
-
-def changed_versions(path: Path) -> list[str]:
-    """Return what differs between the versions that started a run and those that would go on with it.
-
-    Raises:
-        RunFileError: the file is no run file or is damaged.
-    """
-    with RunReader(path) as reader:
-        # the first files did not say how their bodies were modelled
-        before = {"physics": "unknown"} | reader.versions
-        now_installed = versions(reader.config.task)
-    return [
-        f"{name} {before[name]} -> {now}"
-        for name, now in now_installed.items()
-        if name in before and before[name] != now and name != "python"
-    ]
 
 
 def resume(

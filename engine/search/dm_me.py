@@ -11,13 +11,13 @@ from typing import Any, Final
 
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
-from engine.search.algorithm import Axis, Recall
-from engine.search.archive import Cell, DeepGridArchive, GridArchive
+from engine.search.algorithm import Recall
+from engine.search.archive import Cell, DeepGridArchive, GridArchive, cell_name, parse_cell
+from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.search.map_search import PAPER_REFITS, MapSearch
 from engine.search.trajectory_archive import TrajectoryMap, morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
-from engine.storage.rows import cell_name, parse_cell
 
 MAX_CELL_CAPACITY: Final = 1000
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from engine.body.morphology import StiffnessMode
-from engine.search.algorithm import Axis
 from engine.search.archive import GridArchive
+from engine.search.axes import Axis
 from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     morphology_cell,

@@ -16,8 +16,8 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import InvalidData
-from engine.simulation.history import Failure
-from engine.simulation.model import Physics
+from engine.simulation.divergence import Failure
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
     ClosedLoop,

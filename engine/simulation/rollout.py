@@ -22,8 +22,9 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
 from engine.simulation.batch import Observer, SimulationBatch
-from engine.simulation.history import Failure
-from engine.simulation.model import Physics, RobotModel, build_robot, face_rods, with_walls
+from engine.simulation.divergence import Failure
+from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
+from engine.simulation.physics import Physics
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 

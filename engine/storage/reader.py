@@ -12,14 +12,13 @@ from typing import Any, Self
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
-from engine.search.archive import Cell
+from engine.files import compact_json
+from engine.search.archive import Cell, parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.provenance import Computer
+from engine.simulation.provenance import Computer, versions
 from engine.storage.database import Damage, RunDatabase
-from engine.storage.generations import Generation, Summary, finite
-from engine.storage.lineage import Ancestor
 from engine.storage.lock import is_being_written
-from engine.storage.rows import dump, from_row, parse_cell
+from engine.storage.rows import Ancestor, Generation, Summary, finite, from_row
 from engine.tasks import get_task, task_version
 
 
@@ -287,17 +286,17 @@ class RunReader:
         """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
         digest = hashlib.sha256()
         with self.guard():
-            digest.update(dump(dataclasses.asdict(self.config)).encode())
+            digest.update(compact_json(dataclasses.asdict(self.config)).encode())
             for row in self._db.query("SELECT * FROM evaluations ORDER BY number"):
                 values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
-                digest.update(dump(values).encode())
+                digest.update(compact_json(values).encode())
             for query in (
                 "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
                 "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
                 "SELECT generation, algorithm FROM state",
             ):
                 for row in self._db.query(query):
-                    digest.update(dump(list(row)).encode())
+                    digest.update(compact_json(list(row)).encode())
         return digest.hexdigest()
 
     def guard(self) -> Damage:
@@ -330,3 +329,20 @@ def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
         raise InvalidData("expected a table of names and texts")
     return {str(k): str(v) for k, v in data.items()}
+
+
+def changed_versions(path: Path) -> list[str]:
+    """Return what differs between the versions that started a run and those that would go on with it.
+
+    Raises:
+        RunFileError: the file is no run file or is damaged.
+    """
+    with RunReader(path) as reader:
+        # the first files did not say how their bodies were modelled
+        before = {"physics": "unknown"} | reader.versions
+        now_installed = versions(reader.config.task)
+    return [
+        f"{name} {before[name]} -> {now}"
+        for name, now in now_installed.items()
+        if name in before and before[name] != now and name != "python"
+    ]

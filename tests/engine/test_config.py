@@ -10,8 +10,7 @@ from engine.errors import InvalidData
 from engine.runs.evolve import create_algorithm
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
-from engine.simulation.timestep import with_inertia
+from engine.simulation.physics import Physics, with_inertia
 from tests.support.made_up import examples
 
 NAN, INF = float("nan"), float("inf")

@@ -21,10 +21,10 @@ from engine.control.genome import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
+from engine.files import zip_bytes
 from engine.runs.evolve import evolve
 from engine.simulation.model import build_robot
 from engine.storage.reader import RunReader
-from engine.zip_file import zip_bytes
 
 NAMES = {
     "README.md",

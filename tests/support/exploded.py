@@ -10,7 +10,7 @@ import pytest
 from engine.config import preset
 from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 
 EXPLOSIVE = Physics(timestep=0.004)
 """A time step that the cables' damping does not bear; evolving refuses it."""

@@ -14,7 +14,7 @@ from app.runs.run_form import EVERYDAY, FieldError, RunForm, label_of
 from engine.config import PRESETS, RunConfig
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 
 
 @pytest.fixture

@@ -15,13 +15,13 @@ import engine.replay.dump
 import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import DumpError
+from engine.files import zip_bytes
 from engine.replay.dump import Dump, DumpFolder, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.storage.reader import RunReader
 from engine.tasks import GOAL_REACHING
-from engine.zip_file import zip_bytes
 from tests.support.made_up import TINY, evolved_controller, examples
 
 EXPLOSIVE = Physics(timestep=0.004)

@@ -338,7 +338,7 @@ def test_a_copy_of_an_interrupted_run_can_be_finished_elsewhere(tmp_path):
 
 
 def test_versions_of_what_decides_the_outcome():
-    versions = engine.runs.evolve.versions()
+    versions = engine.simulation.provenance.versions()
     assert {"python", "mujoco", "numpy", "neat-python", "scikit-learn"} <= set(versions)
     assert all(isinstance(v, str) and v for v in versions.values())
 
@@ -367,7 +367,7 @@ def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
 
 def test_changed_versions_are_named(tmp_path):
     path = tmp_path / "run.tsmr"
-    with RunWriter.create(path, TINY, {**engine.runs.evolve.versions(), "mujoco": "3.0.0"}):
+    with RunWriter.create(path, TINY, {**engine.simulation.provenance.versions(), "mujoco": "3.0.0"}):
         pass
-    (change,) = engine.runs.evolve.changed_versions(path)
+    (change,) = engine.storage.reader.changed_versions(path)
     assert change.startswith("mujoco 3.0.0 -> ")

@@ -17,9 +17,10 @@ from engine.analysis.verify import verify
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.replay.replay import Replay
+from engine.search.archive import cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name, from_row, parse_cell, to_row
+from engine.storage.rows import from_row, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.storage.writer import RunWriter, is_being_written, lock_path
 from tests.support.made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies

@@ -99,11 +99,11 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
     with RunReader(one) as a:
         assert a.config.task == "bump"
         assert a.task_change is None
-    assert engine.runs.evolve.changed_versions(one) == []
+    assert engine.storage.reader.changed_versions(one) == []
     # the file has changed since
     monkeypatch.setattr(loading, "_loaded", {})
     good.write_text(GOOD + "# different\n")
-    (change,) = engine.runs.evolve.changed_versions(one)
+    (change,) = engine.storage.reader.changed_versions(one)
     assert change.startswith("task bump sha256:")
     with RunReader(one) as a:
         assert a.task_change == "the file of task bump has changed since this run was started"

@@ -15,7 +15,7 @@ from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Replay
 from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
 from engine.storage.reader import RunReader
 from engine.tasks import SQUEEZING, target_offsets, worlds

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.simulation.model import Physics, build_robot, build_spec, with_walls
+from engine.simulation.model import build_robot, build_spec, with_walls
+from engine.simulation.physics import Physics
 from engine.tasks import SQUEEZING, Frame, worlds
 from engine.tasks.walls import BURIED, Obstacles, Wall, add_walls
 from tests.support.made_up import examples

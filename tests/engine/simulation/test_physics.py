@@ -8,8 +8,7 @@ import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
-from engine.simulation.timestep import check_timestep, largest_timestep, with_inertia
+from engine.simulation.physics import Physics, check_timestep, largest_timestep, with_inertia
 from engine.tasks import GOAL_REACHING
 from tests.support.made_up import TINY, evolved_controller, examples
 
