@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import random
 from pathlib import Path
 from typing import Any, Self
@@ -11,7 +10,7 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, preset
+from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
 from engine.runs.evolve import statistics
 from engine.search.archive import Cell, GridArchive
@@ -122,7 +121,7 @@ def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int
         initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
     """
-    config = dataclasses.replace(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
+    config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
     with SyntheticRun(path, config, modules=modules) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()

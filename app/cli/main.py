@@ -16,6 +16,7 @@ import tyro
 from rich.console import Console
 
 from app.cli import commands as c
+from app.cli.config_flags import REGISTRY
 from app.cli.doctor import doctor
 from app.cli.elites import find_elite
 from app.cli.evolve import compute_run
@@ -25,7 +26,7 @@ from app.cli.tables import project, write_elites
 from app.cli.verify import print_verification
 from app.worker_flags import WorkerFlags, check_workers
 from engine.analysis.verify import changed_physics, verify
-from engine.config import preset
+from engine.config import preset, to_json
 from engine.errors import TensAtlasError
 from engine.search.archive import parse_cell
 from engine.simulation.provenance import differing
@@ -93,6 +94,7 @@ def _parse(arguments: list[str]) -> c.Command:
         prog="tensatlas",
         description="An interactive atlas of tensegrity soft modular robots.",
         args=arguments,
+        registry=REGISTRY,
     )
 
 
@@ -215,7 +217,7 @@ def _info(path: Path, as_json: bool) -> None:
             "computed_on": [{"evaluations": n, **dataclasses.asdict(c)} for c, n in computers.items()],
         }
         if as_json:
-            facts["config"] = dataclasses.asdict(reader.config)
+            facts["config"] = to_json(reader.config)
             facts["hash"] = reader.canonical_hash()
             print(json.dumps(facts, indent=2))
             return

@@ -161,7 +161,7 @@ def lift(reader: RunReader, generation: Generation, elites: Mapping[int, Evaluat
     placed: list[tuple[Cell, Elite]] = []
     n_clipped = 0
     if ordered:
-        data = sensory_data([e.trajectory for e in ordered], reader.config.sensory)
+        data = sensory_data([e.trajectory for e in ordered], reader.config.map_search.sensory)
         with reader.guard():
             described = descriptor.transform(data)
             n_clipped = sum(descriptor.out_of_bounds(d[None]) for d in described)

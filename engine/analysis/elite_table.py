@@ -52,7 +52,7 @@ def elite_table(reader: RunReader, archive: str | None = None) -> Table:
                     raise RunFileError(
                         f"{reader.path} is damaged: evaluation {e.solution.number} holds a cell of a map"
                     )
-                measures = _measures(axes, cell, e, descriptor, reader.config.sensory)
+                measures = _measures(axes, cell, e, descriptor, reader.config.map_search.sensory)
                 rows.append(
                     {
                         "archive": name,

@@ -12,14 +12,11 @@ from typing import Any
 
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import InvalidData, RunFileError
 from engine.replay.dump import DumpFolder
 from engine.search.algorithm import Algorithm, Snapshot
 from engine.search.archive import GridArchive
-from engine.search.dm_me import DoubleMapMapElites
-from engine.search.map_elites import MapElites
-from engine.search.vie_neat import VieNeat
 from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
 from engine.simulation.model import build_robot
 from engine.simulation.physics import check_timestep
@@ -58,30 +55,6 @@ class Progress:
 
 
 Observer = Callable[[Progress], None]
-
-
-def create_algorithm(config: RunConfig) -> Algorithm:
-    """Return a fresh algorithm for a configuration."""
-    common: dict[str, Any] = {
-        "n_inputs": get_task(config.task).n_inputs,
-        "stiffness": config.stiffness,
-        "seed": config.seed,
-        "budget": config.evaluations,
-    }
-    maps: dict[str, Any] = {
-        "n_initial": config.initial,
-        "batch_size": config.batch_size,
-        "refit_generations": config.refit_generations,
-        "sensory": config.sensory,
-        "overlap": config.overlap,
-    }
-    match config.algorithm:
-        case "dm-me":
-            return DoubleMapMapElites(**common, **maps, cell_capacity=config.cell_capacity)
-        case "map-elites":
-            return MapElites(**common, **maps)
-        case "vie-neat":
-            return VieNeat(**common, config=config.vie_neat)
 
 
 def failures_folder(path: Path) -> Path:

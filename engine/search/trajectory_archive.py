@@ -36,7 +36,7 @@ def morphology_axes(stiffness: StiffnessMode) -> tuple[Axis, ...]:
     )
 
 
-class TrajectoryMap:
+class TrajectoryArchive:
     """An archive whose last two axes are the principal components of the head's trajectories.
 
     Standardiser and PCA are fitted to the first evaluations, and at the scheduled generations to

@@ -125,14 +125,13 @@ class VieNeat(Algorithm):
 
     def __init__(
         self,
+        config: VieNeatConfig,
         *,
         n_inputs: int,
-        config: VieNeatConfig | None = None,
-        stiffness: StiffnessMode = "shared",
+        budget: int,
         seed: int = 0,
-        budget: int = 45_000,
+        stiffness: StiffnessMode = "shared",
     ) -> None:
-        config = config or VieNeatConfig()
         config.check_budget(budget)
         self._budget = budget
         self._rng = random.Random(seed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, from_json
+from engine.config import RunConfig, from_json, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
 from engine.files import compact_json
 from engine.search.archive import Cell, parse_cell
@@ -286,7 +285,7 @@ class RunReader:
         """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
         digest = hashlib.sha256()
         with self.guard():
-            digest.update(compact_json(dataclasses.asdict(self.config)).encode())
+            digest.update(compact_json(to_json(self.config)).encode())
             for row in self._db.query("SELECT * FROM evaluations ORDER BY number"):
                 values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
                 digest.update(compact_json(values).encode())

@@ -13,8 +13,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.server import serve
-from engine.config import RunConfig
-from engine.runs.evolve import create_algorithm, create_evaluator, statistics
+from engine.config import RunConfig, create_algorithm
+from engine.runs.evolve import create_evaluator, statistics
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.widgets import choose, field_of

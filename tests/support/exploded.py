@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import pytest
 
-from engine.config import preset
+from engine.config import preset, replaced
 from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics
@@ -20,7 +19,7 @@ def evolve(path: Path) -> list[Path]:
     """Evolve four robots; return the dumps of those that failed."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("engine.runs.evolve.check_timestep", lambda _physics: None)
-        config = dataclasses.replace(
+        config = replaced(
             preset("smoke"),
             evaluations=4,
             initial=2,

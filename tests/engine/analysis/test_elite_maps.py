@@ -19,8 +19,9 @@ from engine.analysis.elite_maps import (
 from engine.analysis.projection_run import DOWN, UP, project_run
 from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
+from engine.config import create_algorithm
 from engine.errors import InvalidData, RunFileError
-from engine.runs.evolve import create_algorithm, resume, statistics
+from engine.runs.evolve import resume, statistics
 from engine.search.axes import (
     Axis,
     body_axes,

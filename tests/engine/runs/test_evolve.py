@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
+from engine.config import replaced
 from engine.errors import InvalidData, RunFileError
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter, is_being_written
@@ -58,7 +59,7 @@ def test_a_run_killed_three_times_ends_like_an_undisturbed_one(simulated_run, tm
 
 def test_a_trial_that_ends_within_a_control_period_of_a_second_can_be_read(tmp_path):
     try:
-        config = dataclasses.replace(
+        config = replaced(
             TINY,
             evaluations=2,
             initial=2,
@@ -357,7 +358,7 @@ def test_physics_that_mujoco_refuses_leaves_no_file(tmp_path, monkeypatch):
 def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
     """As if another NEAT-Python had drawn other solutions."""
     path = tmp_path / "run.tsmr"
-    algorithm = engine.runs.evolve.create_algorithm(dataclasses.replace(TINY, seed=99))
+    algorithm = engine.config.create_algorithm(dataclasses.replace(TINY, seed=99))
     strangers = [e for group in MadeUpEvaluator().evaluate(algorithm.ask()[:2]) for e in group]
     with RunWriter.create(path, TINY, {}) as writer:
         writer.add_evaluations(0, strangers)

@@ -10,6 +10,7 @@ import pytest
 import engine.runs.evolve
 from engine.analysis.verify import verify
 from engine.body.morphology import Morphology
+from engine.config import replaced
 from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
@@ -193,7 +194,7 @@ def test_walls_stand_round_the_settled_head_wherever_it_looks():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("squeezing") / "run.tsmr"
-    config = dataclasses.replace(TINY, task="squeezing", evaluations=6, initial=4)
+    config = replaced(TINY, task="squeezing", evaluations=6, initial=4)
     config = dataclasses.replace(config, trials=dataclasses.replace(TINY.trials, repeats=2))
     engine.runs.evolve.evolve(path, config, n_threads=1)
     with RunReader(path) as reader:

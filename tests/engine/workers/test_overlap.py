@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import InvalidData
-from engine.runs.evolve import create_algorithm
 from engine.storage.reader import RunReader
 from tests.support.made_up import MADE_UP, examples, held, made_up_evaluation
 
