@@ -43,7 +43,6 @@ from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
-from engine.runs.evolve import statistics
 from engine.simulation.divergence import Failure
 from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
 from engine.simulation.model import build_robot
@@ -52,6 +51,7 @@ from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
 from engine.storage.reader import RunReader
 from engine.storage.recovery import recover
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.tasks import fitness, load_task
 

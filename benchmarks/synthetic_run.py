@@ -12,13 +12,13 @@ from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
-from engine.runs.evolve import statistics
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import versions
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.tasks import fitness, get_task
 

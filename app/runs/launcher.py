@@ -27,7 +27,7 @@ from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.storage.lock import holder_of, is_being_written
-from engine.storage.writer import SUFFIX
+from engine.storage.schema import SUFFIX
 from engine.tasks import BUILT_IN
 
 START_TIMEOUT: Final = 30.0

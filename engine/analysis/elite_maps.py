@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -26,6 +26,9 @@ from engine.tasks import get_task
 MORPHOLOGY: Final = "morphology"
 CONTROLLER: Final = "controller"
 GRID: Final = "grid"
+
+CountObserver = Callable[[int, int], None]
+"""Is told how many of how many robots are done."""
 
 Elite = tuple[float, int]
 """Fitness in m and number of an evaluation; the smaller pair is the better elite."""

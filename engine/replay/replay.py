@@ -16,7 +16,7 @@ from engine.replay.contacts import ContactFinder
 from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.evaluation import Evaluation, fresh_number, noise_seed
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
+from engine.simulation.rollout import BatchObserver, ClosedLoop, Head, SimulationBatch, build_robots, settle
 from engine.tasks import get_task, target_offsets, worlds
 from engine.tasks.walls import Wall
 
@@ -143,7 +143,7 @@ def repeat_trial(
     repeat: int,
     fresh: int = 0,
     aim: Aim | None = None,
-    observer: Observer | None = None,
+    observer: BatchObserver | None = None,
 ) -> ClosedLoop:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
 

@@ -141,5 +141,5 @@ class SimulationBatch:
             self.failures[i] = self._history.failure(i, self.n_updates, reason)
 
 
-Observer = Callable[[SimulationBatch], None]
+BatchObserver = Callable[[SimulationBatch], None]
 """Called after every control update; may raise to abandon the roll-out."""

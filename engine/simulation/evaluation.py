@@ -20,9 +20,9 @@ from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
+    BatchObserver,
     ClosedLoop,
     Head,
-    Observer,
     Trials,
     build_robots,
     find_heads,
@@ -192,7 +192,7 @@ class LocalEvaluator:
         run_seed: int,
         n_threads: int = 1,
         keep_failure: FailureKeeper | None = None,
-        observer: Observer | None = None,
+        observer: BatchObserver | None = None,
     ) -> None:
         self._task = task
         self._physics = physics

@@ -21,7 +21,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.simulation.batch import Observer, SimulationBatch
+from engine.simulation.batch import BatchObserver, SimulationBatch
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
@@ -90,7 +90,7 @@ def settle(
     physics: Physics,
     n_threads: int = 1,
     duration: float = SETTLE_TIME,
-    observer: Observer | None = None,
+    observer: BatchObserver | None = None,
 ) -> SimulationBatch:
     """Drop robots of one size and let them come to rest, servos off."""
     sim = SimulationBatch(robots, copies=1, physics=physics, n_threads=n_threads)
@@ -246,7 +246,7 @@ class ClosedLoop:
         command = np.take_along_axis(command, self._order[:, None], axis=2)
         self.sim.step(servo.target_lengths(command) + self._noise.next())
 
-    def run(self, duration: float = TRIAL_TIME, observer: Observer | None = None) -> list[Trials]:
+    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[Trials]:
         """Run to the end and return one result per robot."""
         per_second = round(1.0 / self._physics.control_period)
         path = [self.head()]

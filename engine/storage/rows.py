@@ -17,6 +17,8 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
 from engine.files import compact_json
+from engine.search.algorithm import Snapshot
+from engine.search.archive import GridArchive
 from engine.search.axes import Axis
 from engine.simulation.evaluation import Evaluation, Solution
 
@@ -240,3 +242,26 @@ class Ancestor:
     def is_founder(self) -> bool:
         """Whether it descends from nobody: its genes were drawn at random."""
         return self.parent is None
+
+
+def statistics(algorithm: Snapshot, initial_distance: float) -> dict[str, Any]:
+    """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
+    return {
+        name: {
+            **archive_figures(archive, initial_distance),
+            "axes": [dataclasses.asdict(a) for a in algorithm.axes(name)],
+        }
+        for name, archive in algorithm.archives.items()
+    }
+
+
+def archive_figures(archive: GridArchive, initial_distance: float) -> dict[str, float | None]:
+    """Return best and mean f_s, QD score (m) and coverage of an archive."""
+    best: Evaluation | None = archive.best()
+    qd_score = archive.qd_score(initial_distance)
+    return {
+        "best": None if best is None or best.fitness is None else initial_distance - best.fitness,
+        "mean": qd_score / len(archive) if len(archive) else None,
+        "qd_score": qd_score,
+        "coverage": archive.coverage,
+    }

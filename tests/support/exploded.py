@@ -10,6 +10,7 @@ from engine.config import preset, replaced
 from engine.runs import evolve as run
 from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics
+from engine.storage.schema import failures_folder
 
 EXPLOSIVE = Physics(timestep=0.004)
 """A time step that the cables' damping does not bear; evolving refuses it."""
@@ -29,4 +30,4 @@ def evolve(path: Path) -> list[Path]:
             trials=TrialConfig(repeats=1, settle_time=0.6, open_loop_time=0.4, trial_time=1.0),
         )
         run.evolve(path, config, n_threads=2)
-    return sorted(run.failures_folder(path).iterdir())
+    return sorted(failures_folder(path).iterdir())

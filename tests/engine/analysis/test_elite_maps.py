@@ -21,7 +21,7 @@ from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
 from engine.config import create_algorithm
 from engine.errors import InvalidData, RunFileError
-from engine.runs.evolve import resume, statistics
+from engine.runs.evolve import resume
 from engine.search.axes import (
     Axis,
     body_axes,
@@ -33,6 +33,7 @@ from engine.search.axes import (
 )
 from engine.search.descriptors import sensory_data
 from engine.storage.reader import RunReader
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from tests.support.made_up_grid import AXES, random_grid_run, write_grid_run

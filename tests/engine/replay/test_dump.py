@@ -252,7 +252,7 @@ def test_a_run_keeps_its_failures_the_same_ones_whatever_happens(tmp_path, monke
 
 
 def test_a_run_without_failures_leaves_no_folder(simulated_run):
-    assert not engine.runs.evolve.failures_folder(simulated_run).exists()
+    assert not engine.storage.schema.failures_folder(simulated_run).exists()
 
 
 def test_a_run_goes_on_where_nothing_can_be_dumped(tmp_path):

@@ -255,7 +255,7 @@ def test_reports_after_resuming_count_both_parts(tmp_path):
 def test_computing_time_adds_up_over_interruptions(tmp_path, monkeypatch):
     path = tmp_path / "run.tsmr"
     clock = iter(range(10**6))
-    monkeypatch.setattr("engine.runs.evolve.time.monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr("engine.runs.run_loop.time.monotonic", lambda: float(next(clock)))
 
     def interrupt(progress):
         if progress.n_evaluations >= 40:

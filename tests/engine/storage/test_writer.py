@@ -51,7 +51,7 @@ def write_run(path, config=MADE_UP, until=10**6):
             evaluations = [made_up_evaluation(s, failing=0.1) for s in solutions]
             writer.add_evaluations(algorithm.generation, evaluations)
             algorithm.tell(evaluations)
-            writer.close_generation(algorithm, engine.runs.evolve.statistics(algorithm, 0.45), 1.0)
+            writer.close_generation(algorithm, engine.storage.rows.statistics(algorithm, 0.45), 1.0)
     return algorithm
 
 

@@ -40,8 +40,8 @@ class Shuffled:
 
 def evolve(monkeypatch, path, config, seed, stop_at=None):
     """Work on a run, begun or not; return its hash and the most solutions that were under way."""
-    stream = Shuffled(seed)
-    monkeypatch.setattr(engine.runs.evolve, "_streams", lambda *_: lambda *_: stream)
+    queue = Shuffled(seed)
+    monkeypatch.setattr(engine.runs.evolve, "create_queue", lambda *_, **__: queue)
 
     def observer(progress):
         if stop_at is not None and progress.n_new >= stop_at:
@@ -55,7 +55,7 @@ def evolve(monkeypatch, path, config, seed, stop_at=None):
     except KeyboardInterrupt:
         assert stop_at is not None
     with RunReader(path) as reader:
-        return reader.canonical_hash(), stream.most
+        return reader.canonical_hash(), queue.most
 
 
 @pytest.mark.parametrize("algorithm", ["dm-me", "map-elites"])
