@@ -44,9 +44,10 @@ from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
 from engine.simulation.divergence import Failure
-from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
+from engine.simulation.evaluation import Evaluation, FailedTrial
 from engine.simulation.model import build_robot
 from engine.simulation.provenance import versions
+from engine.simulation.trials import TrialConfig
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
 from engine.storage.reader import RunReader

@@ -28,8 +28,9 @@ from engine.control.genome import Neat
 from engine.errors import TensAtlasError
 from engine.runs import evolve as run
 from engine.runs.run_loop import Progress
-from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
+from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Origin, this_computer
+from engine.simulation.trials import TrialConfig
 from engine.tasks import get_task
 from engine.workers.dask_workers import DaskWorkers, local_cluster
 from engine.workers.evaluator import create_evaluator

@@ -15,8 +15,8 @@ from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearchConfig, check_overlap
 from engine.search.vie_neat import VieNeat, VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 from engine.tasks import get_task
 
 INLINE: Final = "inline"

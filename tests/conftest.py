@@ -9,7 +9,7 @@ import pytest
 
 from engine.config import RunConfig, preset, replaced
 from engine.runs import evolve as run
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.grid_run import write_grid_run
 

@@ -16,9 +16,10 @@ import numpy as np
 from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.simulation.batch import SimulationBatch
-from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution, fresh_number
+from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.model import RobotModel, build_robot
 from engine.simulation.physics import Physics, check_timestep, with_inertia
+from engine.simulation.trials import fresh_number
 from engine.tasks import get_task
 
 MAX_SEEDS: Final = 100

@@ -25,7 +25,7 @@ from engine.simulation.batch import BatchObserver, SimulationBatch
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
-from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
 OPEN_LOOP_TIME: Final = 10.0
@@ -189,7 +189,7 @@ class ClosedLoop:
         self._physics = physics
         self._task = task
         self._sensor = HeadSensor(heads)
-        self._frame = Frame.of(*self._sensor.faces(settled))
+        self._frame = GroundFrame.of(*self._sensor.faces(settled))
         self._obstacles = Obstacles(walls)
         self.walls = [
             [self._frame.place(r, w) if ok else w for w in walls] for r, ok in enumerate(settled.alive[:, 0])

@@ -18,7 +18,7 @@ from engine.tasks.task import (
     target_offsets,
     worlds,
 )
-from engine.tasks.view import Frame, View, distance_and_bearing
+from engine.tasks.view import GroundFrame, View, distance_and_bearing
 from engine.tasks.walls import Wall
 
 __all__ = [
@@ -28,7 +28,7 @@ __all__ = [
     "SQUEEZING",
     "TASKS_VARIABLE",
     "TRIAL_TIME",
-    "Frame",
+    "GroundFrame",
     "Task",
     "View",
     "Wall",

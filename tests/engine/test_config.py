@@ -17,8 +17,8 @@ from engine.config import (
 )
 from engine.errors import InvalidData
 from engine.search.vie_neat import VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics, with_inertia
+from engine.simulation.trials import TrialConfig
 from tests.support.made_up import examples
 
 NAN, INF = float("nan"), float("inf")

@@ -8,8 +8,8 @@ import pytest
 
 from engine.config import preset, replaced
 from engine.runs import evolve as run
-from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 from engine.storage.schema import failures_folder
 
 EXPLOSIVE = Physics(timestep=0.004)

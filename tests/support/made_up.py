@@ -12,8 +12,9 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
 from engine.search.map_search import MapSearchConfig
-from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
-from engine.tasks import Frame, View
+from engine.simulation.evaluation import Evaluation, Solution
+from engine.simulation.trials import TrialConfig
+from engine.tasks import GroundFrame, View
 from engine.tasks.walls import Obstacles
 
 N_TARGETS, N_REPEATS, N_SECONDS = 4, 2, 40
@@ -185,7 +186,7 @@ def a_view(*, position, direction, target, walls=(), time=0.0, height=0.04):
         front=front,
         rear=front - facing,
         target=aim,
-        frame=Frame(np.zeros((1, 1, 2)), np.eye(2)[None, None]),
+        frame=GroundFrame(np.zeros((1, 1, 2)), np.eye(2)[None, None]),
         obstacles=Obstacles([walls]),
         time=time,
         rods=lambda: np.full((1, 1, 2, 6, 3), [*position, height]),

@@ -14,8 +14,8 @@ from app.runs.run_form import EVERYDAY, FieldError, RunForm, label_of
 from engine.config import PRESETS, RunConfig
 from engine.search.map_search import MapSearchConfig
 from engine.search.vie_neat import VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
 from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 
 
 @pytest.fixture

@@ -18,8 +18,9 @@ from engine.errors import DumpError
 from engine.files import zip_bytes
 from engine.replay.dump import Dump, DumpFolder, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from engine.tasks import GOAL_REACHING
 from tests.support.made_up import TINY, evolved_controller, examples

@@ -17,7 +17,7 @@ from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from engine.search.vie_neat import VieNeat, VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.killed import run_until_killed
 from tests.support.made_up import evaluate, evaluation, examples, generation, held, made_up_evaluation

@@ -15,9 +15,10 @@ from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Replay
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
+from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from engine.tasks import SQUEEZING, target_offsets, worlds
 from tests.support.made_up import TINY, a_view, evolved_controller

@@ -4,7 +4,7 @@ import pytest
 
 import engine.runs.evolve
 from engine.config import preset, replaced
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.tasks import load_task, loading
 from tests.support.made_up import TINY
 from tests.support.run_hash import hash_of
