@@ -73,7 +73,7 @@ class SyntheticRun:
 
     def add_generation(self) -> None:
         """Add a generation and close it."""
-        wanted = self._config.batch_size if self.generation else self._config.initial
+        wanted = self._config.map_search.batch_size if self.generation else self._config.map_search.initial
         n = min(wanted, self._config.evaluations - self.n_evaluations)
         found = [self._evaluation(self.n_evaluations + k) for k in range(n)]
         self.n_evaluations += n

@@ -15,6 +15,8 @@ from tests.support.made_up import MADE_UP, examples, held, made_up_evaluation
 
 OVERLAPPING = dataclasses.replace(MADE_UP, overlap=3)
 
+SIZES = MADE_UP.map_search
+
 
 class Shuffled:
     """A stream that finishes solutions of all generations under way in any order."""
@@ -67,10 +69,13 @@ def test_the_order_of_finishing_does_not_matter(monkeypatch, tmp_path, algorithm
 
 def test_generations_are_under_way_together_but_the_first(monkeypatch, tmp_path):
     _, most = evolve(monkeypatch, tmp_path / "run.tsmr", OVERLAPPING, 0)
-    assert MADE_UP.initial < most <= 4 * MADE_UP.batch_size
+    assert SIZES.initial < most <= 4 * SIZES.batch_size
     with RunReader(tmp_path / "run.tsmr") as reader:
         counts = [g.n_evaluations for g in reader.generations()]
-    expected = [*range(MADE_UP.initial, MADE_UP.evaluations, MADE_UP.batch_size), MADE_UP.evaluations]
+    expected = [
+        *range(SIZES.initial, MADE_UP.evaluations, SIZES.batch_size),
+        MADE_UP.evaluations,
+    ]
     assert counts == expected
 
 
@@ -78,7 +83,7 @@ def test_none_is_the_published_algorithm(monkeypatch, tmp_path):
     with_overlap, _ = evolve(monkeypatch, tmp_path / "a.tsmr", OVERLAPPING, 0)
     without, most = evolve(monkeypatch, tmp_path / "b.tsmr", MADE_UP, 0)
     assert with_overlap != without
-    assert most == MADE_UP.initial
+    assert most == SIZES.initial
 
 
 @examples(8)
@@ -105,7 +110,7 @@ def test_parents_are_as_many_generations_old():
     with pytest.raises(ValueError, match="exactly"):
         algorithm.tell([made_up_evaluation(s) for s in asked[1]])
     algorithm.tell([made_up_evaluation(s) for s in asked[0]])
-    assert len(algorithm.ask()) == MADE_UP.batch_size
+    assert len(algorithm.ask()) == SIZES.batch_size
 
 
 @pytest.mark.parametrize(
