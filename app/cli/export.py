@@ -7,7 +7,6 @@ from pathlib import Path
 from rich.console import Console
 
 from app.cli import commands as c
-from app.cli.elites import find_elite
 from app.downloads.robot_folder import robot_folder
 from engine.errors import ExportError, InvalidData, TensAtlasError
 from engine.export import check_folder, write_folder
@@ -39,7 +38,7 @@ def export(command: c.Export, console: Console) -> None:
             _export_all(reader, command, materials, console)
             return
         place = Place(archive=command.archive or "morphology", cell=parse_cell(command.cell))
-        number = find_elite(reader, place.archive, place.cell)
+        number = reader.elite_at(place.archive, place.cell)
         files = robot_folder(reader, number, materials=materials, place=place, paper=command.paper)
         write_folder(files, command.out)
     console.print(f"Wrote robot {number} to {command.out}; start with its build_sheet.pdf", markup=False)

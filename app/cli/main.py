@@ -18,7 +18,6 @@ from rich.console import Console
 from app.cli import commands as c
 from app.cli.config_flags import REGISTRY
 from app.cli.doctor import doctor
-from app.cli.elites import find_elite
 from app.cli.evolve import compute_run
 from app.cli.reevaluate import reevaluate_run
 from app.cli.repair import migrate_run, recover_run
@@ -265,7 +264,7 @@ def _record(command: c.Record, console: Console) -> None:
 
     check(command)
     with RunReader(command.run) as reader:
-        number = find_elite(reader, command.archive, parse_cell(command.cell))
+        number = reader.elite_at(command.archive, parse_cell(command.cell))
         record_elite(command, reader, number, console)
     console.print(f"Wrote robot {number} to {command.out}", markup=False)
 
@@ -274,7 +273,7 @@ def _verify(command: c.Verify) -> None:
     check_workers(command.workers)
     with RunReader(command.run) as reader:
         config = reader.config
-        evaluation = reader.evaluation(find_elite(reader, command.archive, parse_cell(command.cell)))
+        evaluation = reader.evaluation(reader.elite_at(command.archive, parse_cell(command.cell)))
     physics = changed_physics(
         config.physics, inertia_scale=command.inertia_scale, timestep_factor=command.timestep_factor
     )
