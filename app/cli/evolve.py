@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import shlex
 import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -15,7 +17,7 @@ from tyro.constructors import ConstructorRegistry, StructConstructorSpec, Struct
 from app.cli.progress import ProgressDisplay
 from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
-from engine.config import RunConfig, inline_tables
+from engine.config import RunConfig, inline_tables, replaced
 from engine.runs import evolve
 from engine.storage.reader import changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
@@ -117,26 +119,24 @@ def _compute(
 
 
 CONFIG_FLAGS: Final = ConstructorRegistry()
-"""Tells ``tyro.cli`` how a configuration is read: the fields of its ``INLINE`` tables have flags without the
-table's name in front."""
+"""Tells ``tyro.cli`` the flags of a configuration: fields of ``INLINE`` tables are as fields of the run."""
 
 
 @CONFIG_FLAGS.struct_rule
-def _run_config(info: StructTypeInfo) -> StructConstructorSpec | None:
+def _of_config(info: StructTypeInfo) -> StructConstructorSpec | None:
     if info.type is not RunConfig:
         return None
-    hints, inline = typing.get_type_hints(RunConfig), inline_tables(RunConfig)
-    fields = []
-    for field in dataclasses.fields(RunConfig):
-        kind: Any = hints[field.name]
-        if field.name in inline:
-            kind = Annotated[kind, tyro.conf.arg(name="")]
-        fields.append(
-            StructFieldSpec(
-                name=field.name,
-                type=kind,
-                default=getattr(info.default, field.name, field.default),
-                helptext=field_docs(RunConfig).get(field.name),
-            )
-        )
-    return StructConstructorSpec(instantiate=RunConfig, fields=tuple(fields))
+    default = info.default if isinstance(info.default, RunConfig) else RunConfig()
+    return StructConstructorSpec(
+        instantiate=functools.partial(replaced, default), fields=tuple(_flags(RunConfig, default))
+    )
+
+
+def _flags(kind: type, defaults: Any) -> Iterator[StructFieldSpec]:
+    hints, docs, inline = typing.get_type_hints(kind), field_docs(kind), inline_tables(kind)
+    for name, hint in hints.items():
+        default = getattr(defaults, name)
+        if name in inline:
+            yield from _flags(inline[name], default)
+        else:
+            yield StructFieldSpec(name=name, type=hint, default=default, helptext=docs.get(name))
