@@ -12,7 +12,7 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
 from engine.files import compact_json
-from engine.search.archive import Cell, parse_cell
+from engine.search.archive import Cell, cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer, versions
 from engine.storage.database import Damage, RunDatabase
@@ -133,6 +133,28 @@ class RunReader:
         )
         with self.guard():
             return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+
+    def elite_at(self, archive: str, cell: Cell) -> int:
+        """Return the number of the evaluation that a cell holds after the last closed generation.
+
+        Raises:
+            RunFileError: there is no closed generation yet, or it has no such archive.
+            InvalidData: the cell is empty or lies outside the map.
+        """
+        last = self.last_closed()
+        if last is None:
+            raise RunFileError(f"{self.path} has no {archive} archive yet")
+        if archive not in last.archives:
+            found = " and ".join(last.archives)
+            raise RunFileError(f"{self.path} has no {archive} archive; choose with --archive: {found}")
+        shape = tuple(a.n for a in last.archives[archive].axes)
+        if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
+            limits = ", ".join(f"0..{n - 1}" for n in shape)
+            raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
+        placed = self.placements(archive, last.number)
+        if cell not in placed:
+            raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
+        return placed[cell]
 
     def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
         """Return every change of an archive in order: generation, cell, its new evaluation or None."""

@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.cli import commands, main
+from app.cli import main
+from app.cli.evolve import Evolve
 from app.runs import launcher
 from app.runs.launcher import NewRun, choices, flags, last_words, log_path, pause, resume, start
 from app.runs.library import run_state
@@ -110,7 +111,7 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
 ) -> None:
     arguments = flags(NewRun(name="x", preset=name, config=config, workers=3))
     parsed = main._parse(["evolve", "x.tsmr", *arguments])
-    assert isinstance(parsed, commands.Evolve)
+    assert isinstance(parsed, Evolve)
     assert parsed.config == config
     assert parsed.computing.workers == 3
 
