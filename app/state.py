@@ -13,9 +13,8 @@ from pathlib import Path
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
-from engine.storage.lineage import Ancestor
 from engine.storage.reader import RunReader
+from engine.storage.rows import Ancestor, Generation
 
 
 @dataclasses.dataclass(slots=True)

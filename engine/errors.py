@@ -29,7 +29,11 @@ class TensAtlasError(Exception):
 
 
 UNEXPECTED_DATA = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
-"""What reading data that is not what it should be may raise."""
+"""What reading data of an unexpected form may raise."""
+
+
+class Cancelled(Exception):
+    """Ends a computation whose result nobody waits for any more; whoever began it catches it."""
 
 
 class InvalidData(TensAtlasError):
@@ -72,7 +76,3 @@ class ExportError(TensAtlasError):
 
 class ClusterError(TensAtlasError):
     """Workers cannot be started or reached, or are not fit for a run."""
-
-
-class Cancelled(Exception):
-    """Nobody waits for a result any more. It ends the work that would make it; no user reads it."""

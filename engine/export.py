@@ -26,10 +26,9 @@ from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import total_mass
 from engine.replay.replay import Replay
-from engine.runs.evolve import versions
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.mjcf import xml_with_state
-from engine.simulation.model import build_spec
+from engine.simulation.model import build_spec, xml_with_state
+from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
 from engine.tasks import get_task, sensed, target_offsets

@@ -7,8 +7,8 @@ import hashlib
 from typing import Final
 
 from engine.config import RunConfig
+from engine.files import compact_json
 from engine.simulation.evaluation import Solution
-from engine.storage.rows import dump
 from engine.tasks import task_version
 
 ID_LENGTH: Final = 10
@@ -26,7 +26,7 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "task": {"name": config.task, **task_version(config.task)},
         "physics": dataclasses.asdict(config.physics),
     }
-    return hashlib.sha256(dump(content).encode()).hexdigest()
+    return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
 
 def robot_id(config: RunConfig, solution: Solution) -> str:

@@ -9,8 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from engine.replay.recording import frame_at, nearest_index
-from engine.replay.replay import Frame, Playable
+from engine.replay.recording import Playable, ReplayFrame, frame_at, nearest_index
 
 log = logging.getLogger(__name__)
 
@@ -241,7 +240,7 @@ class Player:
             self._controls.refresh()
 
 
-def current_frame(player: Player) -> Frame | None:
+def current_frame(player: Player) -> ReplayFrame | None:
     """Return the frame that is due, which may lie between two recorded ones, or None before the first one."""
     replay = player.replay
     if replay is None or not replay.frames:

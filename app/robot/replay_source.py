@@ -16,7 +16,8 @@ from app.replay.side_by_side_scene import SideBySideScene
 from app.robot.pins_panel import PinsPanel
 from app.robot.robot_panel import RobotPanel
 from app.robot.what_if_panel import WhatIfEvents, WhatIfPanel
-from engine.replay.replay import Playable, Replay
+from engine.replay.recording import Playable
+from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.replay.what_if import WhatIfReplay
 from viz.robot.robot_differences import Entry

@@ -29,9 +29,8 @@ from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Replay
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
-from engine.search.archive import Cell
+from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 from engine.tasks import get_task
 from viz.robot.robot_differences import Entry
 

@@ -17,7 +17,7 @@ from app.session.address import Address, AddressBar
 from app.session.chosen_robot import ChosenRobot
 from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
-from engine.storage.rows import cell_name
+from engine.search.archive import cell_name
 
 PATIENCE: Final = 4.0
 """Seconds that a browser has to say what it came for."""

@@ -18,7 +18,8 @@ from engine.fabrication import shapes, solids
 from engine.fabrication.cables import design_cables
 from engine.fabrication.floating_module import CONTRACTED, HOLD, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 
 _COLOURS: Final = {
     "rod": (45, 45, 50, 255),

@@ -15,7 +15,8 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
-from engine.simulation.model import Physics, build_spec
+from engine.simulation.model import build_spec
+from engine.simulation.physics import Physics
 
 HOLD: Final = 5.0
 """Simulated seconds for which a state is held before it is measured."""

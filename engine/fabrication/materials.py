@@ -16,7 +16,7 @@ from engine.body import module as t
 from engine.errors import InvalidData
 from engine.fabrication.materials_file import number, read_table, text_value
 from engine.fabrication.sources import Source
-from engine.toml_file import parse_toml
+from engine.files import parse_toml
 
 PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
 """Names of the materials files that ship with the project; the first is the default."""

@@ -12,7 +12,8 @@ from engine.fabrication.cut_lists import cables
 from engine.fabrication.joints import joints, orientations
 from engine.fabrication.materials import MAX_TAIL, MIN_TAIL, PRESETS, load_materials
 from engine.fabrication.rods import rods, stock_plan
-from engine.simulation.model import Physics, build_spec, module_placements
+from engine.simulation.model import build_spec, module_placements
+from engine.simulation.physics import Physics
 
 MATERIALS = {name: load_materials(name) for name in PRESETS}
 
