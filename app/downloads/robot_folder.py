@@ -1,4 +1,4 @@
-"""Everything that a person takes away of one robot: build sheet, files to make its parts, firmware, data."""
+"""Everything that one takes along of one robot: build sheet, files to make its parts, firmware, data."""
 
 from __future__ import annotations
 

@@ -40,6 +40,6 @@ class BrowserValue:
         gui.add_html(run_script(f"{SCRIPT}taReport('{self._id}',()=>({expression}))"))
 
     def change(self, code: str) -> None:
-        """Run JavaScript that changes the value, unless that would be gone before it was read."""
+        """Run JavaScript that changes the value; as long as the value has not been read, do nothing."""
         if self._known:
             put_html(self._writer, run_script(f"taArrived('{self._id}');{code}"))

@@ -42,7 +42,7 @@ class FileMaker:
 
         Args:
             what: is being made, for people.
-            make: makes it; calls what it is given to say how far it is.
+            make: returns the file; calls what it is given to say how far it is.
 
         Raises:
             InvalidData: another file is being made.

@@ -33,7 +33,7 @@ class PinsPanel:
     Args:
         client: the browser; the folder goes into its main panel.
         actions: of the browser.
-        play: called when lanes are to be played, other ones than before, or the one robot again.
+        play: called when something else is to be played: other lanes than before, or one robot again.
     """
 
     def __init__(self, client: viser.ClientHandle, actions: Actions, play: Callable[[], None]) -> None:

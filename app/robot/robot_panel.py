@@ -67,7 +67,7 @@ class RobotPanel:
             )
             """Asks to pin the robot; who keeps the pins listens."""
             self.maker = FileMaker(client, actions)
-            """Shows how far the file is that is being made, below the button that most are asked for with."""
+            """Makes files of the robot one at a time, and shows below the buttons how far each is."""
             self.tabs = gui.add_tab_group()
             """Where tabs of other things about the robot may lie."""
             self.live = LivePanel(gui, self.tabs)

@@ -20,8 +20,6 @@ from viz.report.report import render_page, report_sections
 from viz.report.style import DARK
 from viz.runs.run_list import RunFacts, render_choices
 
-Facts = Callable[[Path], RunFacts]
-
 
 class ComparePanel:
     """Lets runs be chosen, compares them and offers the report.
@@ -34,7 +32,11 @@ class ComparePanel:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, panel: viser.PanelHandle, facts: Facts, actions: Actions
+        self,
+        client: viser.ClientHandle,
+        panel: viser.PanelHandle,
+        facts: Callable[[Path], RunFacts],
+        actions: Actions,
     ) -> None:
         gui = client.gui
         self._client, self._facts, self._actions = client, facts, actions

@@ -123,7 +123,7 @@ class RunForm:
                 raise FieldError(f"{field.label}: {e}", field) from None
         base = preset(str(self._preset.value))
         initial = base.map_search.initial
-        if data["initial"] == initial:  # not thought of by whoever asks for few evaluations
+        if data["initial"] == initial:  # who asks for few evaluations does not think of it
             data["initial"] = min(initial, data["evaluations"])
         try:
             config = from_json(data)

@@ -27,7 +27,7 @@ from viz.runs import run_progress
 RECENT: Final = 5
 """Generations, or looks at the run, that its speed is taken from."""
 LAST_WORDS_DELAY: Final = 1.5
-"""Seconds after a process has let go of its run within which it writes the last line of its log."""
+"""Seconds within which a process that has let go of its run writes the last line of its log."""
 MAX_DUMPS: Final = 20
 """Failed simulations that are listed."""
 

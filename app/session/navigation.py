@@ -74,7 +74,7 @@ class Navigation:
             robot: where a robot is chosen.
         """
         arrive = self._actions.guarded(functools.partial(self._arrive, traveller, robot))
-        # a program that is no browser never says where it came for
+        # a program that is no browser never says what it wants to see
         self._impatience = threading.Timer(PATIENCE, arrive, [Address()])
         self._impatience.daemon = True
         self._bar = AddressBar(self._gui, arrive)

@@ -181,7 +181,7 @@ class Session:
         self._compare.offer(paths, shown)
 
     def _slide(self, number: int) -> None:
-        """Show a generation unless the slider has moved on by the time that others are done."""
+        """Show a generation, unless the slider has moved on before this action has its turn."""
         self._growth.stop()
         self._wanted_generation = number
 
