@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any, Final
+from typing import Final
 
 import mujoco
 import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
-from engine.simulation.model import Physics, build_spec
+from engine.simulation.model import Physics, chain_spec
 
 HOLD: Final = 5.0
 """Simulated seconds for which a state is held before it is measured."""
@@ -24,6 +24,8 @@ SLACK: Final = 1.0
 RELEASED: Final = 0
 CONTRACTED: Final = 180
 """Servo commands in degrees."""
+_FACE: Final = 1
+"""A chain of one has no joint: its face only says how the module is turned, and nothing pulls it down."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,19 +45,6 @@ class ModuleState:
     nodes: np.ndarray
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class _OneModule:
-    """What ``build_spec`` reads of a morphology, for a chain of one module, which no robot is."""
-
-    stiffness_levels: tuple[int]
-    faces: tuple[int] = (1,)
-    n_modules: int = 1
-
-    @property
-    def stiffnesses(self) -> tuple[float]:
-        return (self.stiffness_levels[0] / t.N_STIFFNESS_LEVELS,)
-
-
 def floating_module(level: int, command: int | None, off: float = 0.0) -> ModuleState:
     """Return a module of a stiffness level at rest.
 
@@ -69,8 +58,7 @@ def floating_module(level: int, command: int | None, off: float = 0.0) -> Module
 
 @functools.lru_cache(maxsize=5 * t.N_STIFFNESS_LEVELS)
 def _simulated(level: int, command: int | None, off: float) -> ModuleState:
-    one: Any = _OneModule((level,))
-    model = build_spec(one, physics=Physics(), gravity=False).compile()
+    model = chain_spec((level,), (_FACE,), physics=Physics(), gravity=False).compile()
     data = mujoco.MjData(model)
     lengths = np.full(len(t.SERVO_NODES), SLACK)
     if command is not None:
