@@ -13,11 +13,10 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
-from engine.fabrication.materials import Materials, load_materials
+from engine.fabrication.materials import Materials, Source, load_materials
 from engine.fabrication.parts import printed_parts
 from engine.fabrication.rods import rods, stock_plan
 from engine.fabrication.servo_parts import drum_errors, groove_radii
-from engine.fabrication.sources import Source
 from engine.files import csv_text
 
 COLUMNS: Final = (

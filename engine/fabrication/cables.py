@@ -26,9 +26,10 @@ from engine.fabrication.materials import (
     PRESETS,
     CableMaterial,
     Materials,
+    Source,
+    least_certain,
     load_materials,
 )
-from engine.fabrication.sources import Source, least_certain
 
 EYELET_WALL: Final = 0.0018
 """Width of the ring round an eyelet's hole, in m; it counts as rigid."""

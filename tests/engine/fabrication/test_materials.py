@@ -5,9 +5,15 @@ import pytest
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
+from engine.fabrication.materials import (
+    PRESETS,
+    Source,
+    least_certain,
+    load_materials,
+    parse_materials,
+    preset_text,
+)
 from engine.fabrication.pull_test import coupon, pull_test_table
-from engine.fabrication.sources import Source, least_certain
 
 TPU = preset_text("tpu-85a")
 
