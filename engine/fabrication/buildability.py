@@ -7,7 +7,8 @@ from typing import Final
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.assembly import servo_clearance
-from engine.fabrication.cables import Problem, cable_problems, design_cables
+from engine.fabrication.dimensions.cable_problems import Problem, cable_problems
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import LAYOUTS, lay_out
 from engine.fabrication.parts import printed_parts

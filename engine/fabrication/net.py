@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from engine.body import module as t
-from engine.fabrication.cables import EYELET_WALL, CableDesign
+from engine.fabrication.dimensions.cables import EYELET_WALL, CableDesign
 from engine.fabrication.materials import Printer
 
 EYELET_HOLE: Final = 0.0027
@@ -75,7 +75,7 @@ class NetCable:
     """A cable in the net.
 
     Attributes:
-        nodes: as in ``tensegrity.CABLES``.
+        nodes: as in ``module.CABLES``.
         eyelets: indices of the eyelets at these nodes.
     """
 
@@ -92,8 +92,8 @@ class Net:
         side: between the middles of two joined eyelets, in m: the cables' unstretched path and the
             radii of two holes.
         path: unstretched length of every cable from hole to hole, in m.
-        eyelets, cables: in the order of nodes and of ``tensegrity.CABLES``.
-        faces: for each face of the module its three eyelets, in the order of ``tensegrity.FACES``.
+        eyelets, cables: in the order of nodes and of ``module.CABLES``.
+        faces: for each face of the module its three eyelets, in the order of ``module.FACES``.
         cuts: for each node with two eyelets their labels.
         size: (x, y) that the net covers, rings included, in m.
         fits: whether that lies inside the printer's bed.

@@ -18,7 +18,7 @@ import numpy as np
 from ezdxf import units
 from shapely.geometry import Polygon
 
-from engine.fabrication.cables import CableDesign
+from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
 from engine.fabrication.shapes import net_outline
 

@@ -11,10 +11,10 @@ from manifold3d import Manifold
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication import solids
-from engine.fabrication.cables import design_cables
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import module_net
-from engine.fabrication.pull_test import coupon
 from engine.fabrication.servo_parts import laid, mount_blank, servo_drum, servo_mount
 from engine.fabrication.shapes import cap, coupon_solid, link, net_solid
 

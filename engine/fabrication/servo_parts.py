@@ -13,7 +13,7 @@ from manifold3d import Manifold
 from engine.body import module as t
 from engine.body import servo
 from engine.fabrication import solids
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.materials import Materials, Printer, ServoMotor
 
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
@@ -184,7 +184,7 @@ def drum_in_place(motor: ServoMotor) -> Manifold:
 def servo_rod_centre_of_mass(materials: Materials, rod_mass: float) -> np.ndarray:
     """Return (3,) of a servo rod with servo, mount and drum, without ballast, in m, in the rod's frame.
 
-    The simulation has it at ``tensegrity.SERVO_ROD_CENTRE_OF_MASS``. ``rod_mass`` is of the rod with its
+    The simulation has it at ``module.SERVO_ROD_CENTRE_OF_MASS``. ``rod_mass`` is of the rod with its
     caps, in kg; the servo counts as evenly filled.
     """
     motor, density = materials.servo, 1e-9 * materials.plastic.density

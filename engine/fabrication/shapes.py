@@ -17,11 +17,11 @@ from shapely.ops import unary_union
 
 from engine.body import module as t
 from engine.fabrication import solids
-from engine.fabrication.cables import CableDesign
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions.cables import CableDesign
+from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.dimensions.pull_test import Coupon
 from engine.fabrication.materials import CAP_TIP, Printer
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.pull_test import Coupon
 from engine.fabrication.servo_parts import ROD_DIAMETER
 
 EYELET_THICKNESS: Final = 1.2

@@ -15,7 +15,7 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.export import Trial
-from engine.fabrication.joints import joints
+from engine.fabrication.dimensions.joints import joints
 from engine.identity import robot_hash, robot_id
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation

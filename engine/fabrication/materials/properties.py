@@ -70,6 +70,11 @@ class Printer:
     bed_z: float = number("mm")
     clearance: float = number("mm", zero=True)
 
+    @property
+    def least_area(self) -> float:
+        """Section of the thinnest cable that it prints, in m2: one line wide, ``min_layers`` high."""
+        return self.nozzle * self.layer * self.min_layers
+
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class RodStock:

@@ -14,7 +14,7 @@ from svg.path import parse_path
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.cables import design_cables
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import PRESETS, load_materials
 from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
 from engine.fabrication.net_files import SCALE_BAR, dxf_bytes, rest_lines, svg_bytes

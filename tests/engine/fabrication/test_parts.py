@@ -16,8 +16,8 @@ from engine.fabrication import shapes, solids
 from engine.fabrication.assembly import robot_glb, servo_clearance
 from engine.fabrication.bill_of_materials import parts, simulated_mass
 from engine.fabrication.buildability import problems
-from engine.fabrication.cables import EYELET_WALL, design_cables
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions.cables import EYELET_WALL, design_cables
+from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text

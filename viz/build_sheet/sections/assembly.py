@@ -11,10 +11,9 @@ from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 
 from engine.body import module as t
-from engine.fabrication import tolerances
-from engine.fabrication.cables import CableDesign, design_cables
-from engine.fabrication.contraction import contraction
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.cables import CableDesign, design_cables
+from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.net import EYELET_HOLE

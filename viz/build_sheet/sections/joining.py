@@ -10,7 +10,7 @@ from reportlab.lib.colors import white
 from reportlab.platypus import Flowable, Table, TableStyle
 
 from engine.body import module as t
-from engine.fabrication.joints import Joint, joints, orientations
+from engine.fabrication.dimensions.joints import Joint, joints, orientations
 from engine.fabrication.shapes import LINK_PITCH
 from engine.simulation.model import module_placements
 from viz.build_sheet import blocks, style

@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication import tolerances
+from engine.fabrication.dimensions import tolerances
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
 from engine.fabrication.materials import Materials
 from engine.fabrication.servo_parts import drum_errors, drum_order, groove_radii

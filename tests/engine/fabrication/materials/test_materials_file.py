@@ -2,18 +2,14 @@ import re
 
 import pytest
 
-from engine.body import module as t
-from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.materials import (
     PRESETS,
     Source,
-    least_certain,
     load_materials,
     parse_materials,
     preset_text,
 )
-from engine.fabrication.pull_test import coupon, pull_test_table
 
 TPU = preset_text("tpu-85a")
 
@@ -81,43 +77,3 @@ def test_an_unreadable_file_is_named(tmp_path):
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(InvalidData, match="not UTF-8"):
         load_materials(tmp_path / "bytes.toml")
-
-
-def test_a_pull_test_sets_modulus_and_strain(tmp_path):
-    test = coupon(Morphology(5, (1, 2)), load_materials())
-    table = pull_test_table(
-        length=test.gauge_length, area=test.area, force=8.0, extension=test.extension, max_strain=0.8
-    )
-    path = tmp_path / "mine.toml"
-    path.write_text(TPU + "\n" + table)
-    materials = load_materials(path)
-    expected = (8.0 / test.area) / (test.extension / test.gauge_length)
-    assert materials.cable.modulus == pytest.approx(expected, rel=1e-4)
-    assert materials.cable.max_strain == pytest.approx(0.8)
-    assert materials.cable_source is Source.MEASURED
-    # a coupon that pulls as the file expects gives the file's modulus back
-    again = pull_test_table(
-        length=test.gauge_length,
-        area=test.area,
-        force=test.expected_force,
-        extension=test.extension,
-        max_strain=0.65,
-    )
-    path.write_text(TPU + "\n" + again)
-    assert load_materials(path).cable.modulus == pytest.approx(12e6, rel=1e-4)
-
-
-def test_a_measured_reference_stiffness_is_used():
-    from engine.fabrication.cables import design_cables
-
-    materials = parse_materials(edited(r"^# k_ref_n_per_m = 115.2", "k_ref_n_per_m = 100"), file="mine.toml")
-    (design, _) = design_cables(Morphology(7, (1, 2)), materials)
-    assert design.stiffness == pytest.approx(70.0)
-    assert design.stiffness_source is Source.MEASURED
-    (design, _) = design_cables(Morphology(7, (1, 2)), load_materials())
-    assert design.stiffness == pytest.approx(t.stiffness_n_per_m(0.7))
-
-
-def test_the_least_certain_source_wins():
-    assert least_certain(Source.SIMULATED, Source.MEASURED) is Source.MEASURED
-    assert least_certain(Source.ASSUMED, Source.MEASURED) is Source.ASSUMED

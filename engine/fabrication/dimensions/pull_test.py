@@ -1,4 +1,4 @@
-"""The coupon for a pull test, and what to write into the materials file after it."""
+"""The coupon for a pull test, whose result goes into the table ``[pull_test]`` of the materials file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 from typing import Final
 
 from engine.body.morphology import Morphology
-from engine.fabrication.cables import design_cables
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import Materials
 
 GAUGE_LENGTH: Final = 0.060
@@ -61,16 +61,4 @@ def coupon(morphology: Morphology, materials: Materials) -> Coupon:
         grip_width=0.015 if printed else 0.0,
         extension=extension,
         expected_force=materials.cable.modulus * area * design.strain_assembled,
-    )
-
-
-def pull_test_table(*, length: float, area: float, force: float, extension: float, max_strain: float) -> str:
-    """Return the ``[pull_test]`` table of a measurement (SI) as text for the materials file."""
-    return (
-        "[pull_test]\n"
-        f"length_mm = {1e3 * length:g}\n"
-        f"area_mm2 = {1e6 * area:g}\n"
-        f"force_n = {force:g}\n"
-        f"extension_mm = {1e3 * extension:g}\n"
-        f"max_strain_percent = {100 * max_strain:g}\n"
     )

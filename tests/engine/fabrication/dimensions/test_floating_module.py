@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from engine.body import module as t
-from engine.fabrication import tolerances
-from engine.fabrication.contraction import contraction
-from engine.fabrication.floating_module import CONTRACTED, RELEASED, floating_module
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.floating_module import CONTRACTED, RELEASED, contraction, floating_module
 
 
 @pytest.mark.parametrize("level", [1, 4, 10])

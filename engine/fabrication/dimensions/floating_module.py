@@ -1,13 +1,18 @@
-"""How one module stands when it floats: the lengths of its cables, its servo off, released or contracted.
+"""How one module stands when it floats, its servo off, released or contracted: lengths and distances.
 
 What a maker holds in the hand is one module without neighbours, not yet on the ground. So the robot's
 own model of one module is simulated without gravity until it rests.
+
+A finished module is measured between rod ends, where calipers reach, and held by its servo rod. The
+other five rods then weigh less than a twentieth of what one cable pulls, so that the floating module
+says what the calipers must show: ``contraction``.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from typing import Final
 
 import mujoco
@@ -15,6 +20,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
+from engine.fabrication.dimensions import tolerances
 from engine.simulation.model import Physics, chain_spec
 
 HOLD: Final = 5.0
@@ -25,7 +31,7 @@ RELEASED: Final = 0
 CONTRACTED: Final = 180
 """Servo commands in degrees."""
 _FACE: Final = 1
-"""A chain of one has no joint: its face only says how the module is turned, and nothing pulls it down."""
+"""Joining face of the module, which joins nothing here; it only turns the module as a whole."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +39,8 @@ class ModuleState:
     """A floating module at rest.
 
     Attributes:
-        cables: (24,) lengths of the passive cables between their anchors, in m, as ``tensegrity.CABLES``.
-        servo_cables: (5,) lengths of the internal cables, in m, as ``tensegrity.SERVO_NODES``.
+        cables: (24,) lengths of the passive cables between their anchors, in m, as ``module.CABLES``.
+        servo_cables: (5,) lengths of the internal cables, in m, as ``module.SERVO_NODES``.
         servo_tensions: (5,) their tensions, in N.
         nodes: (12, 3) in m, in the frame of the module's centre, turned as built.
     """
@@ -43,6 +49,24 @@ class ModuleState:
     servo_cables: np.ndarray
     servo_tensions: np.ndarray
     nodes: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Distance:
+    """The distance between two rod ends.
+
+    Attributes:
+        nodes: the two.
+        released: in m, servo at 0 degrees.
+        contracted: in m, servo at 180 degrees.
+        tolerance: what it may differ by, in m: what follows from internal cables that are all off by
+            ``tolerances.INTERNAL_CABLE``, and the stiffness' share of the stroke.
+    """
+
+    nodes: tuple[int, int]
+    released: float
+    contracted: float
+    tolerance: float
 
 
 def floating_module(level: int, command: int | None, off: float = 0.0) -> ModuleState:
@@ -54,6 +78,34 @@ def floating_module(level: int, command: int | None, off: float = 0.0) -> Module
         off: what the internal cables are longer than commanded, in m.
     """
     return _simulated(level, command, off)
+
+
+@functools.lru_cache(maxsize=t.N_STIFFNESS_LEVELS)
+def contraction(level: int) -> tuple[Distance, ...]:
+    """Return the three distances between nodes with internal cables that shrink most, the most first."""
+    released, contracted, long, short = (
+        _distances(level, command, off)
+        for command, off in (
+            (RELEASED, 0.0),
+            (CONTRACTED, 0.0),
+            (CONTRACTED, tolerances.INTERNAL_CABLE),
+            (CONTRACTED, -tolerances.INTERNAL_CABLE),
+        )
+    )
+    pairs = sorted(itertools.combinations(sorted(t.SERVO_NODES), 2))
+    pairs.sort(key=lambda p: round(contracted[p] - released[p], 5))
+    return tuple(
+        Distance(
+            nodes=p,
+            released=float(released[p]),
+            contracted=float(contracted[p]),
+            tolerance=float(
+                max(abs(long[p] - contracted[p]), abs(short[p] - contracted[p]))
+                + tolerances.STIFFNESS * (released[p] - contracted[p])
+            ),
+        )
+        for p in pairs[:3]
+    )
 
 
 @functools.lru_cache(maxsize=5 * t.N_STIFFNESS_LEVELS)
@@ -88,3 +140,9 @@ def _nodes(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     u, _, vt = np.linalg.svd(nodes.T @ t.NODES)
     sign = np.sign(np.linalg.det(u @ vt))
     return nodes @ (u @ np.diag([1.0, 1.0, sign]) @ vt)
+
+
+def _distances(level: int, command: int, off: float) -> np.ndarray:
+    """Return (12, 12) distances between the nodes in m, all internal cables longer by ``off`` in m."""
+    nodes = floating_module(level, command, off).nodes
+    return np.linalg.norm(nodes[:, None] - nodes, axis=2)
