@@ -15,8 +15,8 @@ from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, design_cables
 from engine.fabrication.dimensions.cut_lists import rods, stock_plan
 from engine.fabrication.materials import Materials, Source, load_materials
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.servo_parts import drum_errors, groove_radii
+from engine.fabrication.parts.printed_parts import printed_parts
+from engine.fabrication.parts.servo_parts import drum_errors, groove_radii
 from engine.files import csv_text
 
 COLUMNS: Final = (

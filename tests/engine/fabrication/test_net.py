@@ -16,9 +16,9 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import PRESETS, load_materials
-from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
-from engine.fabrication.net_files import SCALE_BAR, dxf_bytes, rest_lines, svg_bytes
-from engine.fabrication.shapes import net_outline
+from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
+from engine.fabrication.parts.net_files import SCALE_BAR, dxf_bytes, rest_lines, svg_bytes
+from engine.fabrication.parts.shapes import net_outline
 
 MATERIALS = load_materials()
 PRINTER = MATERIALS.printer

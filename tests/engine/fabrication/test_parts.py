@@ -10,10 +10,6 @@ import trimesh
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.fabrication import parts as p
-from engine.fabrication import servo_parts as sp
-from engine.fabrication import shapes, solids
-from engine.fabrication.assembly import robot_glb, servo_clearance
 from engine.fabrication.bill_of_materials import parts, simulated_mass
 from engine.fabrication.buildability import problems
 from engine.fabrication.dimensions.cables import EYELET_WALL, design_cables
@@ -21,7 +17,11 @@ from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
-from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
+from engine.fabrication.parts import printed_parts as p
+from engine.fabrication.parts import servo_parts as sp
+from engine.fabrication.parts import shapes, solids
+from engine.fabrication.parts.assembly import robot_glb, servo_clearance
+from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
 
 BODY = Morphology((3, 9), (1, 2))
 MATERIALS = load_materials()

@@ -23,7 +23,7 @@ from engine.fabrication.dimensions.joints import joints, orientations
 from engine.fabrication.firmware import pin_map
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import load_materials
-from engine.fabrication.parts import printed_parts
+from engine.fabrication.parts.printed_parts import printed_parts
 from engine.tasks import get_task, worlds
 from viz.build_sheet import style
 from viz.build_sheet.document import typeset

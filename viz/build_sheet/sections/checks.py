@@ -10,7 +10,7 @@ from engine.fabrication.dimensions import tolerances as tol
 from engine.fabrication.dimensions.cut_lists import cables
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import drum_errors
+from engine.fabrication.parts.servo_parts import drum_errors
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper

@@ -16,13 +16,13 @@ from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import unary_union
 
 from engine.body import module as t
-from engine.fabrication import solids
 from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.dimensions.pull_test import Coupon
 from engine.fabrication.materials import CAP_TIP, Printer
-from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.servo_parts import ROD_DIAMETER
+from engine.fabrication.parts import solids
+from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, Net
+from engine.fabrication.parts.servo_parts import ROD_DIAMETER
 
 EYELET_THICKNESS: Final = 1.2
 """Of the net's rings, in mm; thicker than the cables, so that they grip."""

@@ -13,11 +13,11 @@ from trimesh.visual.material import PBRMaterial
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication import servo_parts as sp
-from engine.fabrication import shapes, solids
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
+from engine.fabrication.parts import servo_parts as sp
+from engine.fabrication.parts import shapes, solids
 from engine.simulation.model import Physics, build_robot
 
 _COLOURS: Final = {

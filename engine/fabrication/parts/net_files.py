@@ -19,8 +19,8 @@ from ezdxf import units
 from shapely.geometry import Polygon
 
 from engine.fabrication.dimensions.cables import CableDesign
-from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.shapes import net_outline
+from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, Net
+from engine.fabrication.parts.shapes import net_outline
 
 SCALE_BAR: Final = 50.0
 """Length of the scale bar, in mm."""

@@ -7,7 +7,7 @@ import struct
 import numpy as np
 from manifold3d import Manifold
 
-from engine.fabrication.solids import triangles
+from engine.fabrication.parts.solids import triangles
 from engine.zip_file import zip_bytes
 
 _CONTENT_TYPES = (

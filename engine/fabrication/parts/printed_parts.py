@@ -10,13 +10,13 @@ from manifold3d import Manifold
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication import solids
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import module_net
-from engine.fabrication.servo_parts import laid, mount_blank, servo_drum, servo_mount
-from engine.fabrication.shapes import cap, coupon_solid, link, net_solid
+from engine.fabrication.parts import solids
+from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.servo_parts import laid, mount_blank, servo_drum, servo_mount
+from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 
 FLEXIBLE_DENSITY: Final = 1190.0
 """Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""

@@ -12,9 +12,9 @@ from manifold3d import Manifold
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication import solids
 from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.materials import Materials, Printer, ServoMotor
+from engine.fabrication.parts import solids
 
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
 FLANGE: Final = 0.8
