@@ -1,6 +1,6 @@
-"""What a robot is made of, with two masses for everything: the simulation's and that of what is built.
+"""What a robot is made of: every part with its quantity, size and mass, and what the robot weighs in all.
 
-Masses are those of the real robot, not the scaled ones of the simulation.
+Masses are real ones, in the simulation's total too: there every inertia is scaled, here none is.
 """
 
 from __future__ import annotations
@@ -88,11 +88,6 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
             ),
         )
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
-
-
-def total_mass(morphology: Morphology) -> float:
-    """Return the simulated mass of a robot, in kg."""
-    return simulated_mass(morphology)
 
 
 def bill_of_materials(morphology: Morphology, materials: Materials | None = None) -> str:

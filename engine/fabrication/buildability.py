@@ -1,4 +1,4 @@
-"""Everything about a robot that cannot be made or would not work as asked, with what would."""
+"""Every reason why a robot cannot be made or would not work as asked, and what would."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All fabrication files of a robot by name, ready for its folder."""
+"""All files to make a robot from, by their names in its folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from engine.files import csv_text
 
 
 def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str, bytes]:
-    """Return the content of every file to cut, print and buy from; equal robots give equal bytes.
+    """Return name and content of every file to cut, print and buy from; equal robots give equal bytes.
 
     ``parts/NAME.stl`` and ``parts/NAME.3mf`` (mm), ``net/NAME.dxf`` and ``net/NAME.svg`` (1:1, mm),
     ``robot.glb`` (metres), ``bill_of_materials.csv``, ``cables.csv``, ``rods.csv``, ``joints.csv``.

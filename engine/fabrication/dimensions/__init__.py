@@ -2,7 +2,7 @@
 
 Each is worked out from the body's genes, the simulated model and the materials. Read in this order:
 
-- ``tolerances``: what a built robot may differ by from the simulated one.
+- ``tolerances``: how far a built robot may differ from the simulated one.
 - ``floating_module``: one module simulated at rest, and what it must measure released and contracted.
 - ``cables``: how the passive cables of a module are made: section, length along the rods, strain.
 - ``cable_problems``: which of them cannot be made or would not last, and what would work.

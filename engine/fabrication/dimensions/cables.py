@@ -3,7 +3,7 @@
 A cable of the simulation is a spring of stiffness k that is L0 long when it pulls nothing. A piece of
 elastic material with the free length L, the section A and the modulus E is that spring if
 k = E A / L. In the simulation L0 is so short, and the rods hold it so far apart, that a cable of that
-length would be strained by 130 to 200 %. So a real one is longer than L0: at both ends it goes on
+length would be strained by 130 to 200 %. So a real one is longer than L0: at both ends it continues
 along its rod, under a cap (``parts.shapes``), to an eyelet or a knot. This *tail* is part of the spring:
 L = L0 + 2 tail (less the eyelets' rings, which hardly stretch). The rest length between the rod ends
 stays L0, the stiffness stays k, the strain falls and the section grows.

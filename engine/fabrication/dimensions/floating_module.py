@@ -59,8 +59,8 @@ class Distance:
         nodes: the two.
         released: in m, servo at 0 degrees.
         contracted: in m, servo at 180 degrees.
-        tolerance: what it may differ by, in m: what follows from internal cables that are all off by
-            ``tolerances.INTERNAL_CABLE``, and the stiffness' share of the stroke.
+        tolerance: how far a good module may be off, in m: as far as internal cables that are all off by
+            ``tolerances.INTERNAL_CABLE`` move it, and ``tolerances.STIFFNESS`` of the stroke besides.
     """
 
     nodes: tuple[int, int]
@@ -75,7 +75,7 @@ def floating_module(level: int, command: int | None, off: float = 0.0) -> Module
     Args:
         level: the stiffness gene, 1 to 10.
         command: in degrees; None for servo off.
-        off: what the internal cables are longer than commanded, in m.
+        off: how much longer the internal cables are than commanded, in m.
     """
     return _simulated(level, command, off)
 

@@ -18,7 +18,7 @@ class Joint:
     Attributes:
         module: index of the first of the two; the other is the next.
         face: of the first, 1 to 8.
-        next_face: of the next module that meets it: the one opposite its own joining face.
+        next_face: face of the next module that meets it: the one opposite that module's own joining face.
         node_pairs: three pairs (node of the first, node of the next) that are tied together; they alone
             fix how the modules are turned.
         link: distance between two tied nodes, in m (simulated).

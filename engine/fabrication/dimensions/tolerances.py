@@ -1,4 +1,4 @@
-"""What a built robot may differ by from the simulated one: a designer's judgement, assumed, in SI units."""
+"""How far a built robot may differ from the simulated one, in SI units: the designer's judgement, assumed."""
 
 from typing import Final
 

@@ -6,7 +6,7 @@ import enum
 
 
 class Source(enum.StrEnum):
-    """Where a number comes from; what is computed from several takes the least certain one's."""
+    """Where a number comes from; one that is computed from several has the least certain of their sources."""
 
     SIMULATED = "simulated"
     """The simulation uses it, or computed it."""

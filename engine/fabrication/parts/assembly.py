@@ -1,4 +1,4 @@
-"""The whole robot as one GLB scene in metres, every part where it belongs, and how much room parts have."""
+"""The whole robot as one GLB scene in metres, every part in its place, and how much room the servo has."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ STRIP: Final[tuple[tuple[int, int, float], ...]] = (
     (6, 11, 60),
 )
 """A band round the module, cut open at nodes 2 and 3. Each entry: a face, the node by which it hangs on
-what lies already, the angle of its next side (counter-clockwise) from there in degrees."""
+the faces before it, the angle of its next side (counter-clockwise) from there in degrees."""
 
 BLOCK: Final[tuple[tuple[int, int, float], ...]] = (
     (1, 3, 0),

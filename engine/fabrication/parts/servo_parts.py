@@ -17,10 +17,13 @@ from engine.fabrication.materials import Materials, Printer, ServoMotor
 from engine.fabrication.parts import solids
 
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
+"""In mm (simulated)."""
 FLANGE: Final = 0.8
+"""Thickness of the flanges of the servo's drum, in mm."""
 GROOVE: Final = 1.0
+"""Width of the drum's grooves, in mm."""
 FLANGE_RISE: Final = 2.4
-"""Of the servo's drum: thickness of its flanges, width of its grooves, height of flanges over grooves."""
+"""Height of the drum's flanges over its grooves, in mm."""
 SERVO_AXIS: Final = (-13.0, -10.5)
 """Where the servo's shaft lies: along the rod and to its side, in mm from the rod's middle. Of the four
 quarters round the guide it is the one that rods and lines keep away from when the module contracts."""
@@ -29,12 +32,13 @@ DRUM_HEIGHT: Final = 7.0
 CLAMP: Final = (-12.0, 8.0)
 """The mount holds the rod from here to there, in mm from its middle."""
 PLATE: Final = 4.0
+"""Thickness of the mount's plate, in mm."""
 LINE_HOLE: Final = 1.2
-"""Thickness of the mount's plate; diameter of the holes that lines leave the guide by."""
+"""Diameter of the holes by which the lines leave the guide, in mm."""
 
 
 def elastic_length() -> float:
-    """Return the most that elastic, knot and loop of an internal cable may be long, in m.
+    """Return how long elastic, knot and loop of an internal cable may be together, in m, at most.
 
     It is a millimetre less than the shortest cable at full contraction.
     """

@@ -27,8 +27,9 @@ from engine.fabrication.parts.servo_parts import ROD_DIAMETER
 EYELET_THICKNESS: Final = 1.2
 """Of the net's rings, in mm; thicker than the cables, so that they grip."""
 CROWN_BELOW: Final = 3.0
+"""How far the crown reaches below the node's plane, in mm."""
 CROWN_ABOVE: Final = 0.6
-"""The crown reaches from below to above the node's plane, in mm; rods of the simulation end 0.6 above."""
+"""How far it reaches above that plane, in mm; the simulated rods end there too."""
 CROWN_TEETH: Final = 1.0
 """Height of the teeth between which the cables lie, over the sleeve, in mm."""
 NECK: Final = 1.2
@@ -36,10 +37,13 @@ NECK: Final = 1.2
 HEAD: Final = (1.6, 0.8)
 """Radius and height of the knob that keeps the ring on the neck, in mm."""
 LINK_HOLE: Final = 2.2
+"""Diameter of a link's holes, which stretch onto the necks, in mm."""
 LINK_WALL: Final = 0.8
+"""Width of what lies between a link's holes, in mm."""
 LINK_PITCH: Final = LINK_HOLE + LINK_WALL
-"""Of a link: its holes stretch onto the necks; between them is one wall; from middle to middle, in mm."""
+"""Distance of a link's holes from middle to middle, in mm."""
 LINK_THICKNESS: Final = 1.0
+"""In mm."""
 
 
 def net_outline(net: Net, design: CableDesign) -> Polygon:
