@@ -1,6 +1,6 @@
 # make explore   set everything up and open the app on the saved archives
 # make test      set everything up and run all tests, browser tests included
-# make check     lint, format and types
+# make check     lint, format, types, and which room imports which
 
 PYTHON ?= python3
 VENV := .venv
@@ -22,6 +22,7 @@ check: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

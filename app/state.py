@@ -9,9 +9,8 @@ from app.downloads.basket import Item
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
-from engine.storage.lineage import Ancestor
 from engine.storage.reader import RunReader
+from engine.storage.rows import Ancestor, Generation
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

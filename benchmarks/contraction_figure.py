@@ -11,7 +11,7 @@ from playwright.sync_api import sync_playwright
 from plotly.colors import sample_colorscale
 
 from benchmarks import reference, static_fidelity
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 
 SIZE = (900, 560)
 

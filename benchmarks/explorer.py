@@ -32,9 +32,9 @@ from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_wi
 from benchmarks.synthetic_run import SyntheticRun, write_run
 from benchmarks.timing import machine
 from engine.body.module import MAX_MODULES, MIN_MODULES
-from engine.config import preset
+from engine.config import preset, replaced
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 
 UNCACHED: Final = 0.6
 CACHED: Final = 0.15
@@ -245,9 +245,7 @@ def opening(server: ServerProcess, evaluations: int) -> list[Row]:
 def updating(folder: Path, evaluations: int, n: int) -> list[Row]:
     """Add generations to a run that a browser watches."""
     path = folder / "live.tsmr"
-    config = dataclasses.replace(
-        preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2)
-    )
+    config = replaced(preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2))
     with SyntheticRun(path, config) as run:
         run.add_generation()
         with explorer([path], folder) as server, SyntheticBrowser(server.address) as browser:

@@ -21,14 +21,14 @@ import tyro
 from rich.console import Console
 
 from benchmarks.rows import Row, show
-from engine.config import RunConfig, preset
+from engine.config import RunConfig, preset, replaced
 from engine.runs import evolve as run
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.storage.check import check_run
 from engine.storage.lock import is_being_written
 from engine.storage.reader import RunReader
 
-SHORT = dataclasses.replace(
+SHORT = replaced(
     preset("smoke"),
     evaluations=48,
     initial=18,

@@ -16,7 +16,7 @@ from benchmarks import population_fidelity as population
 from benchmarks import reference
 from benchmarks import static_fidelity as static
 from benchmarks.rows import Row, show
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 
 QUICK_STIFFNESS = (0.1, 0.5, 1.0)
 QUICK_MODULES = 5

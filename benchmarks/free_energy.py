@@ -20,15 +20,15 @@ from typing import Annotated, Final
 import numpy as np
 import tyro
 
-from engine.analysis.motion import MotionRecorder
-from engine.analysis.verify import Samples, changed_physics, resimulate
+from engine.analysis.verify import MotionRecorder, Samples, changed_physics, resimulate
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import RunFileError, TensAtlasError
 from engine.simulation.batch import SimulationBatch
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import settle
 from engine.storage.reader import RunReader
 from engine.tasks import get_task

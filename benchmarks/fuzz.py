@@ -36,21 +36,23 @@ from app.runs.upload import keep
 from benchmarks.rows import Row, show
 from engine.analysis.robustness import load_robust
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, from_json, preset, to_json
+from engine.config import RunConfig, create_algorithm, from_json, preset, replaced, to_json
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
 from engine.errors import TensAtlasError
 from engine.fabrication.materials import PRESETS, load_materials, preset_text
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.replay import Replay
-from engine.runs.evolve import create_algorithm, statistics, versions
-from engine.simulation.evaluation import Evaluation, FailedTrial, TrialConfig
-from engine.simulation.history import Failure
+from engine.simulation.divergence import Failure
+from engine.simulation.evaluation import Evaluation, FailedTrial
 from engine.simulation.model import build_robot
+from engine.simulation.provenance import versions
+from engine.simulation.trials import TrialConfig
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
 from engine.storage.reader import RunReader
 from engine.storage.recovery import recover
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.tasks import fitness, load_task
 
@@ -266,7 +268,7 @@ def mutate_json(content: bytes, rng: random.Random) -> bytes:
 
 def kinds(folder: Path) -> dict[str, Kind]:
     """Return what is fed, with proper inputs made in a folder."""
-    config = dataclasses.replace(
+    config = replaced(
         preset("smoke"),
         evaluations=20,
         initial=8,

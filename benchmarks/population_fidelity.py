@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.reference import ReferenceRobot
 from benchmarks.rows import Row
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, build_robots, settle
 from engine.tasks import GOAL_REACHING, target_offsets
 

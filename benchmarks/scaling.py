@@ -27,12 +27,15 @@ from engine.config import RunConfig, preset
 from engine.control.genome import Neat
 from engine.errors import TensAtlasError
 from engine.runs import evolve as run
-from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
+from engine.runs.run_loop import Progress
+from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Origin, this_computer
+from engine.simulation.trials import TrialConfig
 from engine.tasks import get_task
 from engine.workers.dask_workers import DaskWorkers, local_cluster
+from engine.workers.evaluator import create_evaluator
 from engine.workers.job import Result, World, world_of
-from engine.workers.pool import Died, PoolEvaluator, Workers
+from engine.workers.pool import Died, PoolQueue, Workers
 from engine.workers.processes import ProcessWorkers
 
 SECONDS_PER_TRIAL = {2: 0.51, 4: 0.94, 6: 1.34, 8: 1.81, 10: 2.66}
@@ -160,7 +163,7 @@ def _this_machine(a: Arguments) -> bool:
         for kind in ("threads", "processes", "dask"):
             started = time.perf_counter()
             if kind == "threads":
-                evaluator = run.create_evaluator(config, n)
+                evaluator = create_evaluator(config, n)
                 assert sum(len(group) for group in evaluator.evaluate(solutions)) == a.robots
                 seconds, lost = time.perf_counter() - started, math.nan
             else:
@@ -195,7 +198,7 @@ def _pool(workers: Workers, config: RunConfig, solutions: list[Solution]) -> tup
     What is lost is measured with evaluations of a hundredth of the time, as many as keep the workers busy
     to the end: the time of the workers less the CPU time of the evaluations.
     """
-    evaluator = PoolEvaluator(workers=workers, world=world_of(config))
+    evaluator = PoolQueue(workers=workers, world=world_of(config))
     list(evaluator.evaluate(solutions[: 2 * workers.n_workers]))  # imports are not what is measured
     started = time.perf_counter()
     found = [e for group in evaluator.evaluate(solutions) for e in group]
@@ -207,7 +210,7 @@ def _pool(workers: Workers, config: RunConfig, solutions: list[Solution]) -> tup
     smallest = [
         dataclasses.replace(solutions[0], number=k, morphology=Morphology(5, (1, 1))) for k in range(100)
     ]
-    evaluator = PoolEvaluator(workers=workers, world=world_of(short))
+    evaluator = PoolQueue(workers=workers, world=world_of(short))
     list(evaluator.evaluate(smallest[: 2 * workers.n_workers]))
     started = time.perf_counter()
     computed = 0.0
@@ -235,7 +238,7 @@ def _cluster(n_workers: int, a: Arguments) -> None:
         after: dict[str, float] = {}
 
         def remember(
-            progress: run.Progress, w: SimulatedWorkers = workers, after: dict[str, float] = after
+            progress: Progress, w: SimulatedWorkers = workers, after: dict[str, float] = after
         ) -> None:
             if progress.generation == 1 and not after:  # random robots keep any cluster busy
                 after.update(now=w.now, waiting=w.waiting)

@@ -22,9 +22,10 @@ from benchmarks.timing import Timed, machine, median_cpu, simulate, timed
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, Neat
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics, build_robot
-from engine.simulation.timestep import with_inertia
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics, with_inertia
+from engine.simulation.trials import TrialConfig
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME
 
 PUBLISHED: Final = {2: 5.2, 4: 10.0, 6: 15.0, 8: 23.0, 10: 28.0}

@@ -14,7 +14,8 @@ from benchmarks.rows import Row
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.simulation.model import Physics, RobotModel, build_robot
+from engine.simulation.model import RobotModel, build_robot
+from engine.simulation.physics import Physics
 
 HOLD: Final = 5.0
 """Seconds for which every state is held before it is measured."""

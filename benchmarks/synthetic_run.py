@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import random
 from pathlib import Path
 from typing import Any, Self
@@ -11,14 +10,15 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, preset
+from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
-from engine.runs.evolve import statistics, versions
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
+from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
+from engine.simulation.provenance import versions
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.tasks import fitness, get_task
 
@@ -73,7 +73,7 @@ class SyntheticRun:
 
     def add_generation(self) -> None:
         """Add a generation and close it."""
-        wanted = self._config.batch_size if self.generation else self._config.initial
+        wanted = self._config.map_search.batch_size if self.generation else self._config.map_search.initial
         n = min(wanted, self._config.evaluations - self.n_evaluations)
         found = [self._evaluation(self.n_evaluations + k) for k in range(n)]
         self.n_evaluations += n
@@ -121,7 +121,7 @@ def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int
         initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
     """
-    config = dataclasses.replace(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
+    config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
     with SyntheticRun(path, config, modules=modules) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()

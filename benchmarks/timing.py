@@ -16,7 +16,8 @@ from mujoco import batch
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 from engine.simulation.provenance import processor_facts
 from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
 from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME, target_offsets

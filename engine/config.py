@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import sys
 import typing
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
-from engine.search.dm_me import check_cell_capacity
-from engine.search.map_search import PAPER_REFITS, check_overlap, check_schedule
-from engine.search.vie_neat import VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
+from engine.search.algorithm import Algorithm
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_elites import MapElites
+from engine.search.map_search import MapSearchConfig, check_overlap
+from engine.search.vie_neat import VieNeat, VieNeatConfig
+from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 from engine.tasks import get_task
+
+INLINE: Final = "inline"
+"""Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
 
 AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 
@@ -36,16 +42,8 @@ class RunConfig:
     """How bodies and controllers are searched."""
     evaluations: int = 45_000
     """Number of solutions to evaluate in all."""
-    initial: int = 1080
-    """Random solutions in generation 0."""
-    batch_size: int = 24
-    """Solutions per later generation; half of the parents come from each archive of DM-ME."""
-    refit_generations: tuple[int, ...] = PAPER_REFITS
-    """Generations at which standardiser and PCA are fitted anew."""
-    sensory: Literal["positions", "displacements"] = "positions"
-    """What of the head's 1 Hz trajectory describes a controller."""
-    cell_capacity: int = 1
-    """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
+    map_search: Annotated[MapSearchConfig, INLINE] = MapSearchConfig()
+    """Sizes of DM-ME's and MAP-Elites' generations, and what describes a controller."""
     stiffness: StiffnessMode = "shared"
     """One stiffness for all modules of a robot, as published, or one for each."""
     vie_neat: VieNeatConfig = VieNeatConfig()
@@ -64,12 +62,11 @@ class RunConfig:
         if self.algorithm == "vie-neat":
             self.vie_neat.check_budget(self.evaluations)
         else:
-            check_schedule(self.evaluations, self.initial, self.batch_size, self.refit_generations)
+            self.map_search.check_schedule(self.evaluations)
         check_overlap(self.overlap)
         if self.overlap and self.algorithm == "vie-neat":
             raise InvalidData("overlap is for dm-me and map-elites; generations of vie-neat do not overlap")
-        check_cell_capacity(self.cell_capacity)
-        if self.cell_capacity > 1 and self.algorithm != "dm-me":
+        if self.map_search.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
@@ -80,19 +77,34 @@ class RunConfig:
             raise InvalidData(f"seed must be from 0 to {2**32 - 1}, not {self.seed}")
 
 
+def create_algorithm(config: RunConfig) -> Algorithm:
+    """Return a fresh algorithm for a configuration."""
+    common: dict[str, Any] = {
+        "n_inputs": get_task(config.task).n_inputs,
+        "stiffness": config.stiffness,
+        "seed": config.seed,
+        "budget": config.evaluations,
+    }
+    match config.algorithm:
+        case "dm-me":
+            return DoubleMapMapElites(config.map_search, overlap=config.overlap, **common)
+        case "map-elites":
+            return MapElites(config.map_search, overlap=config.overlap, **common)
+        case "vie-neat":
+            return VieNeat(config.vie_neat, **common)
+
+
 PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(),
     "quick": RunConfig(
         evaluations=600,
-        initial=240,
+        map_search=MapSearchConfig(initial=240),
         vie_neat=VieNeatConfig(morphologies=24, mutants=24, controllers=28, elitism=2),
         trials=TrialConfig(repeats=1),
     ),
     "smoke": RunConfig(
         evaluations=40,
-        initial=16,
-        batch_size=6,
-        refit_generations=(0, 2),
+        map_search=MapSearchConfig(initial=16, batch_size=6, refit_generations=(0, 2)),
         vie_neat=VieNeatConfig(morphologies=8, mutants=8, controllers=10, elitism=1),
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
@@ -115,8 +127,36 @@ def preset(name: str) -> RunConfig:
 
 
 def to_json(config: RunConfig) -> dict[str, Any]:
-    """Return a configuration as JSON-ready values."""
-    return dataclasses.asdict(config)
+    """Return a configuration as JSON-ready values; ``INLINE`` tables are spread over it."""
+    inline = inline_tables(RunConfig)
+    found: dict[str, Any] = {}
+    for name, value in dataclasses.asdict(config).items():
+        found |= value if name in inline else {name: value}
+    return found
+
+
+@functools.cache
+def inline_tables(kind: type) -> dict[str, type]:
+    """Return the ``INLINE`` tables of a configuration's dataclass, by the names of their fields."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    return {
+        name: typing.get_args(hint)[0]
+        for name, hint in hints.items()
+        if INLINE in getattr(hint, "__metadata__", ())
+    }
+
+
+def replaced(config: RunConfig, **changes: Any) -> RunConfig:
+    """Return a configuration with some fields changed; those of ``INLINE`` tables go by their own names.
+
+    Raises:
+        InvalidData: the fields contradict each other.
+    """
+    for name, kind in inline_tables(RunConfig).items():
+        inner = {f.name: changes.pop(f.name) for f in dataclasses.fields(kind) if f.name in changes}
+        if inner:
+            changes[name] = dataclasses.replace(getattr(config, name), **inner)
+    return dataclasses.replace(config, **changes)
 
 
 def from_json(data: Any) -> RunConfig:
@@ -145,13 +185,18 @@ _BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"rod_inertia": 1.0}}
 
 def _read(kind: Any, value: Any, where: str) -> Any:
     if dataclasses.is_dataclass(kind):
+        kind = typing.cast(type, kind)
         hints = typing.get_type_hints(kind)
-        if not isinstance(value, dict) or not set(value) <= set(hints):
-            raise InvalidData(f"{where}: expected a table of {', '.join(hints)}")
+        inline = {name: [f.name for f in dataclasses.fields(t)] for name, t in inline_tables(kind).items()}
+        names = [n for name in hints for n in inline.get(name, [name])]
+        if not isinstance(value, dict) or not set(value) <= set(names):
+            raise InvalidData(f"{where}: expected a table of {', '.join(names)}")
         # a field that is newer than the file has the value that leaves the run as it was
-        value = _BEFORE.get(typing.cast(type, kind), {}) | value
-        fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items()}
-        return typing.cast(type, kind)(**fields)
+        value = _BEFORE.get(kind, {}) | value
+        fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items() if k in hints}
+        for name, own in inline.items():
+            fields[name] = _read(hints[name], {k: v for k, v in value.items() if k in own}, where)
+        return kind(**fields)
     origin = typing.get_origin(kind)
     if origin is tuple:
         if not isinstance(value, list | tuple):

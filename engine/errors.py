@@ -29,7 +29,11 @@ class TensAtlasError(Exception):
 
 
 UNEXPECTED_DATA = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
-"""What reading data that is not what it should be may raise."""
+"""What reading data of an unexpected form may raise."""
+
+
+class Cancelled(Exception):
+    """Ends a computation whose result nobody waits for any more; whoever began it catches it."""
 
 
 class InvalidData(TensAtlasError):

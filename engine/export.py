@@ -24,15 +24,13 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import simulated_mass
-from engine.files import csv_text
+from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
-from engine.runs.evolve import versions
 from engine.simulation.evaluation import Evaluation, Solution
-from engine.simulation.mjcf import xml_with_state
-from engine.simulation.model import build_spec
+from engine.simulation.model import build_spec, xml_with_state
+from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
-from engine.storage.rows import dump
 from engine.tasks import get_task, sensed, target_offsets, task_version
 from engine.tasks.walls import Wall, add_walls
 
@@ -114,7 +112,7 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "task": {"name": config.task, **task_version(config.task)},
         "physics": dataclasses.asdict(config.physics),
     }
-    return hashlib.sha256(dump(content).encode()).hexdigest()
+    return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
 
 def robot_id(config: RunConfig, solution: Solution) -> str:

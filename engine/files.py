@@ -1,10 +1,22 @@
-"""Tables as CSV text."""
+"""Files and texts of common formats: CSV, JSON, TOML and ZIP.
+
+Equal content gives equal bytes. What a stranger may have made is read with care.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+import json
+import struct
+import tomllib
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from engine.errors import UNEXPECTED_DATA, InvalidData
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
@@ -12,3 +24,86 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file that a user wrote.
+
+    Raises:
+        InvalidData: it cannot be read or is no TOML; the message names it.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as e:
+        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
+    except UnicodeDecodeError:
+        raise InvalidData(f"{path} cannot be read: it is not UTF-8 text") from None
+    return parse_toml(text, file=str(path))
+
+
+def parse_toml(text: str, *, file: str) -> dict[str, Any]:
+    """Read TOML text; ``file`` names it in messages.
+
+    Raises:
+        InvalidData: it is no TOML, or nested beyond all measure.
+    """
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as e:
+        raise InvalidData(f"{file}: not a TOML file: {e}") from None
+
+
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, *UNEXPECTED_DATA)
+"""What ``zipfile`` raises at archives that are not what they should be."""
+
+
+def zip_bytes(files: Mapping[str, bytes], folder_name: str = "") -> bytes:
+    """Return a ZIP archive of files, in one folder or in none; equal files give equal bytes.
+
+    Args:
+        files: content by name.
+        folder_name: of the one folder at the archive's top; empty for none.
+    """
+    buffer = io.BytesIO()
+    prefix = f"{folder_name}/" if folder_name else ""
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(prefix + name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # not the system that happens to run this
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, files[name])
+    return buffer.getvalue()
+
+
+def read_zip(content: bytes, limits: Mapping[str, int]) -> dict[str, bytes]:
+    """Return the files of a ZIP archive by name.
+
+    Args:
+        content: the archive.
+        limits: the names that it must hold, and no others, with the most bytes that each may have.
+
+    Raises:
+        InvalidData: it is no ZIP archive, is damaged, or holds other or larger files.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = {entry.filename: entry for entry in archive.infolist()}
+            if set(entries) != set(limits) or len(archive.infolist()) != len(limits):
+                raise InvalidData(f"it must hold exactly {', '.join(sorted(limits))}")
+            files = {}
+            for name, entry in entries.items():
+                if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                    raise InvalidData(f"{name} is packed in an unknown way")
+                with archive.open(entry) as f:
+                    files[name] = f.read(limits[name] + 1)
+                    if len(files[name]) > limits[name]:
+                        raise InvalidData(f"{name} is too large")
+            return files
+    except _DAMAGE as e:
+        raise InvalidData(f"it is damaged: {e}") from None
+
+
+def compact_json(value: Any) -> str:
+    """Return compact JSON; floats survive the trip exactly."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from engine.config import RunConfig, preset
+from engine.config import RunConfig, preset, replaced
 from engine.runs import evolve as run
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.grid_run import write_grid_run
 
@@ -18,7 +17,7 @@ from tests.support.grid_run import write_grid_run
 @pytest.fixture(scope="session")
 def small_config() -> RunConfig:
     """A real run in miniature: 18 robots, four targets, trials of two seconds."""
-    return dataclasses.replace(
+    return replaced(
         preset("smoke"),
         evaluations=18,
         initial=10,

@@ -1,4 +1,4 @@
-"""Runs a campaign: a process for every run, so many at a time, and in the end the comparison."""
+"""The command ``campaign``: a process for every run, so many at a time, and in the end the comparison."""
 
 from __future__ import annotations
 
@@ -11,59 +11,82 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import tyro
 from rich.console import Console
 
-from app.cli.commands import Campaign, Compare
+from app.cli.compare import Compare
 from app.cli.evolve import compute_run
 from app.worker_flags import WorkerFlags, check
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError
-from engine.runs.campaign import PlannedRun, read_campaign
 from engine.storage.reader import RunReader
+
+if TYPE_CHECKING:
+    from engine.runs.campaign import PlannedRun
 
 POLL = 0.5
 ATTEMPTS = 2
-"""Times that a run is begun or gone on with before it is left for another time."""
+"""Times that a run is started or resumed before it is left for another time."""
 
 
-def run_campaign(command: Campaign, console: Console) -> int:
-    """Work until every run is finished; return the exit status.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """Run an experiment of many runs: a grid of tasks, algorithms and seeds, and their comparison.
 
-    Raises:
-        InvalidData: the file or a flag is not as it should be.
-        RunFileError: a run's file exists and is another run's.
+    What is finished is left alone, what is unfinished is gone on with: after an interruption give the same
+    command again.
     """
-    if command.jobs < 1:
-        raise InvalidData(f"jobs must be at least 1, not {command.jobs}")
-    check(command.computing)
-    runs = read_campaign(command.file)
-    folder = command.out
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as e:
-        raise RunFileError(f"{folder} cannot be made: {e.strerror or e}") from None
-    waiting = [run for run in runs if not is_finished(folder / run.file, run)]
-    console.print(f"{len(runs)} runs in {folder}, {len(runs) - len(waiting)} of them finished", markup=False)
-    if command.dry_run:
-        for run in runs:
-            state = "waits" if run in waiting else "is finished"
-            console.print(f"{run.file} {state}: {run.config.evaluations} evaluations", markup=False)
-        return 0
-    failed = _work(waiting, command, console)
-    if failed:
-        for file, reason in failed.items():
-            console.print(f"tensatlas: {file}: {reason}", markup=False)
-        console.print("The same command goes on with what is unfinished.")
-        return 1
-    from app.cli.compare import compare
 
-    compare(
-        Compare(run=tuple(folder / run.file for run in runs), out=folder / "report", images=command.images),
-        console,
-    )
-    return 0
+    file: tyro.conf.Positional[Path]
+    """TOML file that describes it; docs/campaigns/paper.toml is the published experiment."""
+    out: Path
+    """Folder of the run files, their logs and the report."""
+    jobs: int = 1
+    """Runs at a time, each with workers of its own."""
+    images: Literal["svg", "png", "none"] = "svg"
+    """Kind of the report's figures as files; needs a Chromium."""
+    dry_run: bool = False
+    """Only say which runs there are and which are finished."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
+
+    def run(self, console: Console) -> int:
+        """Work until every run is finished; return the exit status.
+
+        Raises:
+            InvalidData: the file or a flag is not as it should be.
+            RunFileError: a run's file exists and is another run's.
+        """
+        from engine.runs.campaign import read_campaign
+
+        if self.jobs < 1:
+            raise InvalidData(f"jobs must be at least 1, not {self.jobs}")
+        check(self.computing)
+        runs = read_campaign(self.file)
+        folder = self.out
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as e:
+            raise RunFileError(f"{folder} cannot be made: {e.strerror or e}") from None
+        waiting = [run for run in runs if not is_finished(folder / run.file, run)]
+        n_finished = len(runs) - len(waiting)
+        console.print(f"{len(runs)} runs in {folder}, {n_finished} of them finished", markup=False)
+        if self.dry_run:
+            for run in runs:
+                state = "waits" if run in waiting else "is finished"
+                console.print(f"{run.file} {state}: {run.config.evaluations} evaluations", markup=False)
+            return 0
+        failed = _work(waiting, self, console)
+        if failed:
+            for file, reason in failed.items():
+                console.print(f"tensatlas: {file}: {reason}", markup=False)
+            console.print("The same command goes on with what is unfinished.")
+            return 1
+        files = tuple(folder / run.file for run in runs)
+        Compare(paths=files, out=folder / "report", images=self.images).run(console)
+        return 0
 
 
 def is_finished(path: Path, planned: PlannedRun) -> bool:
@@ -136,7 +159,7 @@ def _text(path: Path | None) -> str | None:
 
 
 def _run_one(job: dict[str, Any]) -> int:
-    """Start or go on with one run, as a process of its own; return the exit status."""
+    """Start or resume one run, as a process of its own; return the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     flags = job["flags"] | {"slurm": None if job["flags"]["slurm"] is None else Path(job["flags"]["slurm"])}
     path, console = Path(job["path"]), Console(stderr=True, highlight=False, soft_wrap=True)

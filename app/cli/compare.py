@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, Literal
 
+import tyro
 from rich.console import Console
 from rich.table import Table
 
-from app.cli import commands as c
-from engine.analysis import published
-from engine.analysis.comparison import Comparison, TaskComparison, compare_runs
-from engine.analysis.comparison_tables import csv_files
-from engine.analysis.statistics import describe, too_few_runs
 from engine.errors import ExportError
-from viz.report.images import write_images
-from viz.report.report import render_page, report_sections, task_title
+
+if TYPE_CHECKING:  # statistics and figures take a while to import; the other commands do without
+    from engine.analysis.comparison import Comparison, TaskComparison
 
 _MEASURES: Final = {
     "best": ("best f_s, cm", 2),
@@ -26,33 +24,54 @@ _MEASURES: Final = {
 }
 
 
-def compare(command: c.Compare, console: Console) -> None:
-    """Compare runs, write the report and print its main table.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Compare:
+    """Compare runs: tables, tests and figures by task and algorithm, beside the paper's.
 
-    Raises:
-        RunFileError: a run cannot be read.
-        InvalidData: there is nothing to compare.
-        ExportError: the report cannot be written.
+    Writes one page that works offline, report.html, the tables as CSV and each figure as a file.
     """
-    comparison = compare_runs(command.run, at=command.at)
-    _make_folder(command.out)
-    for note in comparison.notes:
-        console.print(f"tensatlas: note: {note}", markup=False)
-    sections = report_sections(comparison)
-    report = command.out / "report.html"
-    _write(report, render_page(comparison, sections))
-    for name, text in csv_files(comparison).items():
-        _write(command.out / name, text)
-    if command.images != "none":
-        figures = [f for s in sections for f in s.figures]
-        folder = command.out / "figures"
-        try:
-            folder.mkdir(exist_ok=True)
-            write_images(figures, folder, command.images)
-        except ExportError as e:
-            console.print(f"tensatlas: note: {e}", markup=False)
-    _print(comparison)
-    console.print(f"Wrote the report to {report}", markup=False)
+
+    paths: tyro.conf.Positional[tuple[Path, ...]]
+    """Run files, or folders of them."""
+    out: Path = Path("comparison")
+    """Folder to write into."""
+    at: int | None = None
+    """Evaluations to compare at; later generations do not count. Without it, the ends of the runs."""
+    images: Literal["svg", "png", "none"] = "svg"
+    """Kind of the figures' files; needs a Chromium."""
+
+    def run(self, console: Console) -> None:
+        """Compare the runs, write the report and print its main table to standard output.
+
+        Raises:
+            RunFileError: a run cannot be read.
+            InvalidData: there is nothing to compare.
+            ExportError: the report cannot be written.
+        """
+        from engine.analysis.comparison import compare_runs
+        from engine.analysis.comparison_tables import csv_files
+        from viz.report.images import write_images
+        from viz.report.report import render_page, report_sections
+
+        comparison = compare_runs(self.paths, at=self.at)
+        _make_folder(self.out)
+        for note in comparison.notes:
+            console.print(f"tensatlas: note: {note}", markup=False)
+        sections = report_sections(comparison)
+        report = self.out / "report.html"
+        _write(report, render_page(comparison, sections))
+        for name, text in csv_files(comparison).items():
+            _write(self.out / name, text)
+        if self.images != "none":
+            figures = [f for s in sections for f in s.figures]
+            folder = self.out / "figures"
+            try:
+                folder.mkdir(exist_ok=True)
+                write_images(figures, folder, self.images)
+            except ExportError as e:
+                console.print(f"tensatlas: note: {e}", markup=False)
+        _print(comparison)
+        console.print(f"Wrote the report to {report}", markup=False)
 
 
 def _make_folder(folder: Path) -> None:
@@ -78,6 +97,8 @@ def _print(comparison: Comparison) -> None:
 
 
 def _test_lines(task: TaskComparison) -> list[str]:
+    from engine.analysis.statistics import too_few_runs
+
     tests = task.tests()
     if tests and not any(t.result.enough for t in tests):
         return [too_few_runs()]
@@ -90,6 +111,9 @@ def _test_lines(task: TaskComparison) -> list[str]:
 
 
 def _table(task: TaskComparison) -> Table:
+    from engine.analysis import published
+    from viz.report.report import task_title
+
     table = Table(
         title=task_title(task.task),
         title_justify="left",
@@ -100,19 +124,17 @@ def _table(task: TaskComparison) -> Table:
         table.add_column(f"{g.name}\n{len(g.runs)} run{'s' if len(g.runs) > 1 else ''}", justify="right")
     for measure, (name, digits) in _MEASURES.items():
         table.add_row(name, *(_ours(g.values(measure), digits) for g in task.groups))
-        theirs = [_theirs(measure, task.task, g.algorithm, digits) for g in task.groups]
-        if any(theirs):
+        papers = [published.statistics(measure, task.task, g.algorithm) for g in task.groups]
+        if any(papers):
+            theirs = ["" if p is None else f"{p['mean']:.{digits}f} ± {p['std']:.{digits}f}" for p in papers]
             table.add_row("  published", *theirs, style="dim")
     return table
 
 
 def _ours(values: list[float], digits: int) -> str:
+    from engine.analysis.statistics import describe
+
     if not values:
         return "-"
     s = describe(values)
     return f"{s.mean:.{digits}f}" + (f" ± {s.std:.{digits}f}" if s.std else "")
-
-
-def _theirs(measure: str, task: str, algorithm: str, digits: int) -> str:
-    paper = published.statistics(measure, task, algorithm)
-    return "" if paper is None else f"{paper['mean']:.{digits}f} ± {paper['std']:.{digits}f}"

@@ -1,7 +1,8 @@
-"""``tensatlas doctor``: is this installation fit, and is a run file?"""
+"""The command ``doctor``: is this installation fit, and is a run file?"""
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.metadata
 import os
 import platform
@@ -9,17 +10,16 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
+import tyro
 from rich.console import Console
 
-from app.runs.library import NEW_RUNS
 from engine.config import preset
 from engine.errors import TensAtlasError
-from engine.runs.evolve import versions
-from engine.simulation.provenance import instruction_sets, processor_facts
+from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
 from engine.storage.check import Finding, check_run
 from engine.storage.reader import RunReader
@@ -31,28 +31,39 @@ _CONSTRAINTS: Final = Path(__file__).resolve().parents[2] / "constraints.txt"
 _FEATURES: Final = ("avx2", "fma", "avx512f")
 
 
-def doctor(runs: Iterable[Path], *, port: int, console: Console) -> int:
-    """Check the installation and run files, print a line for each thing; return the exit status."""
-    runs = list(runs)
-    n_problems = 0
-    for finding in _all(runs, port):
-        n_problems += finding.verdict == "problem"
-        remedy = f"; {finding.remedy}" if finding.remedy else ""
-        console.print(f"{finding.verdict:<8} {finding.text}{remedy}", markup=False)
-    if n_problems:
-        console.print(f"{n_problems} problem{'s' if n_problems > 1 else ''} found", markup=False)
-        return PROBLEMS
-    console.print("No problem found", markup=False)
-    return 0
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Check this installation, and run files: a line for each thing, with what to do about it.
+
+    Ends with 1 if there is a problem.
+    """
+
+    paths: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """Run files; they are only read."""
+    port: int = 8080
+    """Port that the app would listen on."""
+
+    def run(self, _: Console) -> int:
+        """Print a line for each thing to standard output; return the exit status."""
+        out = Console(highlight=False, soft_wrap=True)
+        n_problems = 0
+        for finding in _findings(self.paths, self.port):
+            n_problems += finding.verdict == "problem"
+            remedy = f"; {finding.remedy}" if finding.remedy else ""
+            out.print(f"{finding.verdict:<8} {finding.text}{remedy}", markup=False)
+        if n_problems:
+            out.print(f"{n_problems} problem{'s' if n_problems > 1 else ''} found", markup=False)
+            return PROBLEMS
+        out.print("No problem found", markup=False)
+        return 0
 
 
-def _all(runs: list[Path], port: int) -> Iterator[Finding]:
+def _findings(runs: Sequence[Path], port: int) -> Iterator[Finding]:
     yield from _python()
     yield from _packages()
     yield _processor()
     yield from _simulation()
-    folder = runs[0].absolute().parent if runs else NEW_RUNS.absolute()
-    yield from _folder(folder)
+    yield from _folder(runs[0].absolute().parent if runs else _new_runs())
     yield _port(port)
     yield _chromium()
     for run in runs:
@@ -131,6 +142,13 @@ def _simulation() -> Iterator[Finding]:
             f" (recorded with {found.recorded_with})",
             "do not trust its results; install the version of constraints.txt",
         )
+
+
+def _new_runs() -> Path:
+    """Return the folder that the app starts runs in."""
+    from app.runs.library import NEW_RUNS
+
+    return NEW_RUNS.absolute()
 
 
 def _folder(folder: Path) -> Iterator[Finding]:

@@ -1,30 +1,90 @@
-"""Working on one run until it is finished, with its progress on the screen."""
+"""The commands ``evolve`` and ``resume``: one run computed until it is finished."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import shlex
+import typing
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Final
 
+import tyro
 from rich.console import Console
+from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructFieldSpec, StructTypeInfo
 
 from app.cli.progress import ProgressDisplay
+from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
-from engine.config import RunConfig
-from engine.runs import evolve as run
+from engine.config import RunConfig, inline_tables, replaced
+from engine.runs import evolve
+from engine.storage.reader import changed_versions
+from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Evolve:
+    """Start an evolution, written to a new run file as it goes.
+
+    Every field of the configuration is a flag; what is not given comes from the preset.
+    """
+
+    path: tyro.conf.Positional[Path]
+    """Run file to create, *.tsmr."""
+    preset: str = "quick"
+    """paper (the published experiment), quick (half an hour on two cores) or smoke (seconds)."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
+    config: Annotated[RunConfig, tyro.conf.arg(name="")]
+    """What decides the outcome of a run."""
+
+    def run(self, console: Console) -> None:
+        """Compute the run.
+
+        Raises:
+            RunFileError: the file exists or cannot be written.
+            InvalidData: a flag or the physics is out of range.
+            ClusterError: the workers cannot be started or reached.
+        """
+        # a task of the user's is found again only if they name its file
+        file = get_task(self.config.task).file
+        prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
+        _compute(self.path, self.config, self.computing, console, prefix=prefix)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Resume:
+    """Go on with an interrupted evolution, exactly as if it had never stopped."""
+
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
+    """Who computes the evaluations; the result does not depend on it."""
+
+    def run(self, console: Console) -> None:
+        """Compute the rest of the run.
+
+        Raises:
+            RunFileError: the run cannot be resumed, or its file cannot be written.
+            InvalidData: a flag is out of range.
+            ClusterError: the workers cannot be started or reached.
+        """
+        _compute(self.path, None, self.computing, console, prefix="")
+
+
 def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console) -> None:
-    """Start a run, or go on with one.
+    """Start a run, or resume one, with its progress on the screen.
 
     Args:
         path: of the run file.
-        config: of a run to start; None for one to go on with.
+        config: of a run to start; None for a run to resume.
         flags: who computes.
-        console: where progress is shown, and what has changed since the run was started.
+        console: where progress is shown, and which versions have changed since the run was started.
 
     Raises:
-        RunFileError: the file exists, or cannot be gone on with or written.
+        RunFileError: the file exists, or the run cannot be resumed, or the file cannot be written.
         InvalidData: a flag or the physics is out of range.
         ClusterError: the workers cannot be started or reached.
     """
@@ -36,8 +96,47 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
             "observer": display.update,
         }
         if config is not None:
-            run.evolve(path, config, **computing)
+            evolve.evolve(path, config, **computing)
             return
-        for change in run.changed_versions(path):
+        for change in changed_versions(path):
             console.print(f"tensatlas: note: {change}: results may differ", markup=False)
-        run.resume(path, **computing)
+        evolve.resume(path, **computing)
+
+
+def _compute(
+    path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console, *, prefix: str
+) -> None:
+    """Start or resume a run, and say what to type next; the prefix is typed before ``tensatlas``."""
+    try:
+        compute_run(path, config, flags, console)
+    except KeyboardInterrupt:
+        console.print(
+            f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",
+            markup=False,
+        )
+        raise
+    console.print(f"Finished: {path}. Look at it with: {prefix}tensatlas explore {path}", markup=False)
+
+
+CONFIG_FLAGS: Final = ConstructorRegistry()
+"""Tells ``tyro.cli`` the flags of a configuration: fields of ``INLINE`` tables are as fields of the run."""
+
+
+@CONFIG_FLAGS.struct_rule
+def _of_config(info: StructTypeInfo) -> StructConstructorSpec | None:
+    if info.type is not RunConfig:
+        return None
+    default = info.default if isinstance(info.default, RunConfig) else RunConfig()
+    return StructConstructorSpec(
+        instantiate=functools.partial(replaced, default), fields=tuple(_flags(RunConfig, default))
+    )
+
+
+def _flags(kind: type, defaults: Any) -> Iterator[StructFieldSpec]:
+    hints, docs, inline = typing.get_type_hints(kind), field_docs(kind), inline_tables(kind)
+    for name, hint in hints.items():
+        default = getattr(defaults, name)
+        if name in inline:
+            yield from _flags(inline[name], default)
+        else:
+            yield StructFieldSpec(name=name, type=hint, default=default, helptext=docs.get(name))

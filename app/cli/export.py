@@ -2,90 +2,119 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+import tyro
 from rich.console import Console
 
-from app.cli import commands as c
-from app.cli.elites import find_elite
-from app.downloads.robot_folder import robot_folder
 from engine.errors import ExportError, InvalidData, TensAtlasError
-from engine.export import check_folder, write_folder
-from engine.fabrication.materials import Materials, load_materials
 from engine.files import csv_text
+from engine.search.archive import cell_name, parse_cell
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name, parse_cell
-from viz.build_sheet.facts import Place
-from viz.build_sheet.style import PaperName
+
+if TYPE_CHECKING:  # the libraries that draw and shape take a while to import; the other commands do without
+    from engine.fabrication.materials import Materials
+    from viz.build_sheet.facts import Place
 
 INDEX = "index.csv"
 
 
-def export(command: c.Export, console: Console) -> None:
-    """Write what the command asks for.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Export:
+    """Write a robot as a folder: build sheet, parts to make, firmware, MJCF, genotypes, replay.
 
-    Raises:
-        InvalidData: neither a cell nor all elites are asked for, or both; a materials file is not right; the
-            cell is empty or lies outside the map.
-        RunFileError: the run cannot be read or has no such archive.
-        ExportError: the folder exists or cannot be written, or robots could not be exported.
+    With --all-elites a folder for every robot that holds a cell.
     """
-    if (command.cell is None) == (not command.all_elites):
-        raise InvalidData("say which robot with --cell I,J, or --all-elites for every one, not both")
-    check_folder(command.out)
-    materials = load_materials(command.materials)
-    with RunReader(command.run) as reader:
-        if command.cell is None:
-            _export_all(reader, command, materials, console)
-            return
-        place = Place(archive=command.archive or "morphology", cell=parse_cell(command.cell))
-        number = find_elite(reader, place.archive, place.cell)
-        files = robot_folder(reader, number, materials=materials, place=place, paper=command.paper)
-        write_folder(files, command.out)
-    console.print(f"Wrote robot {number} to {command.out}; start with its build_sheet.pdf", markup=False)
 
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str | None = None
+    """Map to take the elite from: morphology, which is the default, or controller, or of MAP-Elites grid.
+    For --all-elites the only map to take."""
+    cell: str | None = None
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    all_elites: bool = False
+    """Export every elite, each once, into folders of its own, with a table of the cells."""
+    out: Path
+    """Folder to create."""
+    materials: str = "tpu-85a"
+    """What it is built from: tpu-85a, silicone-cord, latex-cord, or a TOML file of yours."""
+    paper: Literal["a4", "letter"] = "a4"
+    """Paper that the build sheet is printed on."""
 
-def _export_all(reader: RunReader, command: c.Export, materials: Materials, console: Console) -> None:
-    """Write a folder for every robot that is an elite somewhere, and a table of the cells."""
-    last = reader.finished_generation(command.archive)
-    archives = list(last.archives) if command.archive is None else [command.archive]
-    elites = {
-        Place(archive=name, cell=cell): number
-        for name in archives
-        for cell, number in sorted(reader.placements(name, last.number).items())
-    }
-    first: dict[int, Place] = {}
-    for place, number in elites.items():
-        first.setdefault(number, place)
-    failed: list[str] = []
-    for k, (number, place) in enumerate(first.items(), start=1):
-        failed += _export_one(reader, number, place, command.out, materials, command.paper)
-        if k % 10 == 0 or k == len(first):
-            console.print(f"{k} of {len(first)} robots", markup=False)
-    rows = [[p.archive, cell_name(p.cell), number, f"robot_{number}"] for p, number in elites.items()]
-    _write(command.out / INDEX, csv_text([["archive", "cell", "evaluation", "folder"], *rows]))
-    if failed:
-        raise ExportError(f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}")
-    console.print(
-        f"Wrote {len(first)} robots of {len(elites)} cells to {command.out}; {INDEX} says which is which",
-        markup=False,
-    )
+    def run(self, console: Console) -> None:
+        """Write the folder of one robot, or the folders of all.
 
+        Raises:
+            InvalidData: neither a cell nor all elites are asked for, or both; a materials file has an error;
+                the cell is empty or lies outside the map.
+            RunFileError: the run cannot be read or has no such archive.
+            ExportError: the folder exists or cannot be written, or robots could not be exported.
+        """
+        from engine.export import check_folder, write_folder
+        from engine.fabrication.materials import load_materials
+        from viz.build_sheet.facts import Place
 
-def _export_one(
-    reader: RunReader, number: int, place: Place, out: Path, materials: Materials, paper: PaperName
-) -> list[str]:
-    """Write one robot's folder; return why not, if so: the others can still be exported."""
-    try:
-        files = robot_folder(reader, number, materials=materials, place=place, paper=paper)
-    except TensAtlasError as e:
-        return [str(e)]
-    write_folder(files, out / f"robot_{number}")
-    return []
+        if (self.cell is None) == (not self.all_elites):
+            raise InvalidData("say which robot with --cell I,J, or --all-elites for every one, not both")
+        check_folder(self.out)
+        materials = load_materials(self.materials)
+        with RunReader(self.path) as reader:
+            if self.cell is None:
+                self._write_all(reader, materials, console)
+                return
+            place = Place(archive=self.archive or "morphology", cell=parse_cell(self.cell))
+            number = reader.elite_at(place.archive, place.cell)
+            write_folder(self._files(reader, number, place, materials), self.out)
+        console.print(f"Wrote robot {number} to {self.out}; start with its build_sheet.pdf", markup=False)
 
+    def _files(self, reader: RunReader, number: int, place: Place, materials: Materials) -> dict[str, bytes]:
+        from app.downloads.robot_folder import robot_folder
 
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as e:
-        raise ExportError(f"{path} cannot be written: {e.strerror or e}") from None
+        return robot_folder(reader, number, materials=materials, place=place, paper=self.paper)
+
+    def _write_all(self, reader: RunReader, materials: Materials, console: Console) -> None:
+        """Write a folder for every robot that is an elite somewhere, and a table of the cells."""
+        from engine.export import write_folder
+
+        elites = self._elites(reader)
+        first: dict[int, Place] = {}
+        for place, number in elites.items():
+            first.setdefault(number, place)
+        failed: list[str] = []
+        for k, (number, place) in enumerate(first.items(), start=1):
+            try:
+                files = self._files(reader, number, place, materials)
+            except TensAtlasError as e:  # the others can still be exported
+                failed.append(str(e))
+            else:
+                write_folder(files, self.out / f"robot_{number}")
+            if k % 10 == 0 or k == len(first):
+                console.print(f"{k} of {len(first)} robots", markup=False)
+        rows = [[p.archive, cell_name(p.cell), number, f"robot_{number}"] for p, number in elites.items()]
+        index = self.out / INDEX
+        try:
+            index.write_text(csv_text([["archive", "cell", "evaluation", "folder"], *rows]), encoding="utf-8")
+        except OSError as e:
+            raise ExportError(f"{index} cannot be written: {e.strerror or e}") from None
+        if failed:
+            raise ExportError(
+                f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}"
+            )
+        console.print(
+            f"Wrote {len(first)} robots of {len(elites)} cells to {self.out}; {INDEX} says which is which",
+            markup=False,
+        )
+
+    def _elites(self, reader: RunReader) -> dict[Place, int]:
+        """Return the number of the robot in every filled cell of the maps to take."""
+        from viz.build_sheet.facts import Place
+
+        last = reader.finished_generation(self.archive)
+        return {
+            Place(archive=name, cell=cell): number
+            for name in (last.archives if self.archive is None else [self.archive])
+            for cell, number in sorted(reader.placements(name, last.number).items())
+        }

@@ -15,7 +15,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from engine.runs.evolve import Progress, archive_figures
+from engine.runs.run_loop import Progress
+from engine.storage.rows import archive_figures
 
 PLAIN_INTERVAL = 30.0
 """Seconds between two lines where the output is no terminal."""

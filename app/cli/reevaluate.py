@@ -4,38 +4,68 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
+from pathlib import Path
 
+import tyro
 from rich.console import Console
 from rich.table import Table
 
-from app.cli import commands as c
 from app.cli.progress import counting
+from app.worker_flags import check_workers
 from engine.analysis.reevaluation import reevaluate
 from engine.analysis.robustness import MapRobustness, robust_path
 
 
-def reevaluate_run(command: c.Reevaluate, console: Console) -> None:
-    """Evaluate a run's elites again and print what came out, for people or as JSON."""
-    try:
-        with counting(console, "evaluating again") as observer:
-            _, maps = reevaluate(
-                command.run,
-                repeats=command.repeats,
-                archive=command.archive,
-                n_threads=command.workers,
-                observer=observer,
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reevaluate:
+    """Simulate elites again under fresh noise and say how much of their map's fitness was luck.
+
+    Keeps the results beside the run, in NAME.robust.json, and goes on with those that are there.
+    """
+
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    repeats: int = 5
+    """Evaluations of each elite, each of all targets and the run's repeats."""
+    archive: str | None = None
+    """The only archive whose elites to take; without it all."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+    json: bool = False
+    """Print JSON."""
+
+    def run(self, console: Console) -> None:
+        """Simulate the elites again and print what came out, for people or as JSON.
+
+        Raises:
+            InvalidData: a number is out of range, results from before are of another run or of other
+                versions, or today's robots do not survive the run's physics.
+            RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
+        """
+        check_workers(self.workers)
+        try:
+            with counting(console, "evaluating again") as observer:
+                _, maps = reevaluate(
+                    self.path,
+                    repeats=self.repeats,
+                    archive=self.archive,
+                    n_threads=self.workers,
+                    observer=observer,
+                )
+        except KeyboardInterrupt:
+            console.print(
+                "Stopped. What is finished is saved; the same command goes on with it.", markup=False
             )
-    except KeyboardInterrupt:
-        console.print("Stopped. What is finished is saved; the same command goes on with it.", markup=False)
-        raise
-    if command.json:
-        print(json.dumps([dataclasses.asdict(m) for m in maps], indent=2))
-        return
-    out = Console(highlight=False)
-    out.print(_table(maps, command.repeats))
-    for m in maps:
-        out.print(_sentence(m), markup=False, soft_wrap=True)
-    console.print(f"Kept in {robust_path(command.run)}", markup=False)
+            raise
+        if self.json:
+            print(json.dumps([dataclasses.asdict(m) for m in maps], indent=2))
+            return
+        out = Console(highlight=False)
+        out.print(_table(maps, self.repeats))
+        for m in maps:
+            out.print(_sentence(m), markup=False, soft_wrap=True)
+        console.print(f"Kept in {robust_path(self.path)}", markup=False)
 
 
 def _table(maps: list[MapRobustness], repeats: int) -> Table:

@@ -1,9 +1,11 @@
-"""``tensatlas recover`` and ``tensatlas migrate``: another file made of a run file, which stays as it is."""
+"""The commands ``recover`` and ``migrate``: another file made of a run file, which stays as it is."""
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
+import tyro
 from rich.console import Console
 
 from engine.storage.migration import migrate
@@ -11,38 +13,61 @@ from engine.storage.recovery import recover
 from engine.storage.schema import FORMAT_VERSION
 
 
-def recover_run(path: Path, out: Path, like: Path | None, console: Console) -> None:
-    """Save what is whole of a run and say what that is.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Recover:
+    """Save every whole generation of a damaged run, and the evaluations after them, into a new file."""
 
-    Raises:
-        RunFileError: nothing can be saved, or the new file cannot be written.
-    """
-    found = recover(path, out, like=like)
-    after = f", {found.n_after} of them after the last whole generation" if found.n_after else ""
-    console.print(
-        f"Saved {found.n_generations} of {found.n_recorded} closed generations and"
-        f" {found.n_evaluations} evaluations{after}, in {out}",
-        markup=False,
-    )
-    for what, numbers in (("damaged", found.damaged), ("missing", found.missing)):
-        if numbers:
-            some = ", ".join(map(str, numbers[:10])) + (", ..." if len(numbers) > 10 else "")
-            console.print(f"{len(numbers)} evaluations are {what}: {some}", markup=False)
-    for note in found.notes:
-        console.print(f"Note: {note}", markup=False)
-    console.print(
-        f"Go on with: tensatlas resume {out}"
-        if found.resumable
-        else f"It can be looked at, not gone on with: tensatlas explore {out}",
-        markup=False,
-    )
+    path: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+    like: Path | None = None
+    """A run of the same configuration, for a file that has lost its own."""
+
+    def run(self, console: Console) -> None:
+        """Save what is whole, and say what that is.
+
+        Raises:
+            RunFileError: nothing can be saved, or the new file cannot be written.
+        """
+        found = recover(self.path, self.out, like=self.like)
+        after = f", {found.n_after} of them after the last whole generation" if found.n_after else ""
+        console.print(
+            f"Saved {found.n_generations} of {found.n_recorded} closed generations and"
+            f" {found.n_evaluations} evaluations{after}, in {self.out}",
+            markup=False,
+        )
+        for what, numbers in (("damaged", found.damaged), ("missing", found.missing)):
+            if numbers:
+                some = ", ".join(map(str, numbers[:10])) + (", ..." if len(numbers) > 10 else "")
+                console.print(f"{len(numbers)} evaluations are {what}: {some}", markup=False)
+        for note in found.notes:
+            console.print(f"Note: {note}", markup=False)
+        console.print(
+            f"Go on with: tensatlas resume {self.out}"
+            if found.resumable
+            else f"It can be looked at, not gone on with: tensatlas explore {self.out}",
+            markup=False,
+        )
 
 
-def migrate_run(path: Path, out: Path, console: Console) -> None:
-    """Write a copy of a run in the present format.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Migrate:
+    """Write a copy of a run in the present format; the file of the older format stays as it is."""
 
-    Raises:
-        RunFileError: it cannot be read or has that format, or the copy cannot be written.
-    """
-    before = migrate(path, out)
-    console.print(f"Wrote {out} in format {FORMAT_VERSION}; {path} is left in format {before}", markup=False)
+    path: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+
+    def run(self, console: Console) -> None:
+        """Write the copy.
+
+        Raises:
+            RunFileError: the run cannot be read or has that format, or the copy cannot be written.
+        """
+        before = migrate(self.path, self.out)
+        console.print(
+            f"Wrote {self.out} in format {FORMAT_VERSION}; {self.path} is left in format {before}",
+            markup=False,
+        )

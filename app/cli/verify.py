@@ -1,35 +1,87 @@
-"""Prints what simulating an elite again has shown, for people or as JSON."""
+"""The command ``verify``: an elite simulated again, and what that has shown."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import json
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tyro
 from rich.console import Console
 from rich.table import Table
 
-from app.cli import commands as c
-from engine.analysis.motion import Motion
-from engine.analysis.verify import Samples, Verification
+from app.worker_flags import check_workers
+from engine.analysis.verify import Motion, Samples, Verification, changed_physics, verify
 from engine.config import RunConfig
+from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 
 
-def print_verification(command: c.Verify, config: RunConfig, found: Verification) -> None:
-    """Print a verification to standard output, as JSON if the command asks for it."""
-    if command.json:
-        print(json.dumps(_facts(command, config, found), indent=2))
-        return
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Verify:
+    """Simulate an elite again, with fresh noise and, if asked for, another physics.
+
+    Prints its fitness as recorded and as simulated again, and how the robot moves. Without another
+    physics only the noise is new.
+    """
+
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    archive: str = "morphology"
+    """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
+    cell: str
+    """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
+    inertia_scale: float | None = None
+    """Factor on every inertia; 1 is the real one. The time step follows it to stay stable."""
+    timestep_factor: float | None = None
+    """Factor on the time step, such as 0.25."""
+    seeds: int = 5
+    """Evaluations with fresh noise, each of all targets and repeats."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+    json: bool = False
+    """Print JSON, with every single evaluation."""
+
+    def run(self, _: Console) -> None:
+        """Simulate the elite again and print what came out to standard output, for people or as JSON.
+
+        Raises:
+            InvalidData: a number is out of range, or the cell is empty or lies outside the map.
+            RunFileError: the run cannot be read or has no such archive.
+        """
+        check_workers(self.workers)
+        with RunReader(self.path) as reader:
+            config = reader.config
+            evaluation = reader.evaluation(reader.elite_at(self.archive, parse_cell(self.cell)))
+        physics = changed_physics(
+            config.physics, inertia_scale=self.inertia_scale, timestep_factor=self.timestep_factor
+        )
+        found = verify(
+            config,
+            evaluation,
+            physics=None if physics == config.physics else physics,
+            n_seeds=self.seeds,
+            n_threads=self.workers,
+        )
+        if self.json:
+            print(json.dumps(_facts(self, config, found), indent=2))
+        else:
+            _print(self, config, found)
+
+
+def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     console = Console(highlight=False)
     number, body = found.recorded.solution.number, found.recorded.solution.morphology
     say = functools.partial(console.print, markup=False, soft_wrap=True)
     say(
-        f"Robot {number} of {command.run.name}, {command.archive} cell {command.cell}:"
+        f"Robot {number} of {command.path.name}, {command.archive} cell {command.cell}:"
         f" {body.n_modules} modules, stiffness {body.stiffness_text}"
     )
     own, changed = found.own, found.changed
@@ -104,9 +156,9 @@ def _f_s(config: RunConfig, fitness: float) -> float:
     return 100.0 * (get_task(config.task).target_distance - fitness)
 
 
-def _facts(command: c.Verify, config: RunConfig, found: Verification) -> dict[str, Any]:
+def _facts(command: Verify, config: RunConfig, found: Verification) -> dict[str, Any]:
     return {
-        "path": str(command.run),
+        "path": str(command.path),
         "archive": command.archive,
         "cell": command.cell,
         "number": found.recorded.solution.number,

@@ -19,11 +19,11 @@ from app.session.address import find_run, run_name
 from app.state import Selection, SessionState
 from engine.analysis.elite_table import csv_bytes, elite_table
 from engine.errors import InvalidData, TensAtlasError
+from engine.files import zip_bytes
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
-from engine.zip_file import zip_bytes
 
 log = logging.getLogger(__name__)
 

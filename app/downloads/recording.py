@@ -1,27 +1,18 @@
-"""Replays as files: the command ``record``, and what the app's downloads share with it."""
+"""A replay as a file, for the app's downloads and for the command ``record``."""
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
 from typing import Final
 
-from rich.console import Console
-
-from app.cli import commands as c
-from app.cli.progress import counting
-from engine.errors import ExportError, InvalidData
+from engine.errors import ExportError
 from engine.replay.replay import Replay
-from engine.replay.trial import Aim, TrialChoice
-from engine.storage.reader import RunReader
 from viz.recording.primitives import Look
 from viz.recording.render import Renderer
 from viz.recording.standalone_replay import standalone_replay
 from viz.recording.video import video
 
 KINDS: Final = ("html", "png", "mp4")
-SPEEDS: Final = (0.1, 20.0)
-"""Slowest and fastest video."""
 Progress = Callable[[str, int, int], None]
 """Told what is being done and how much of how much of it is; what it raises ends the work."""
 
@@ -84,64 +75,3 @@ def recording(
             progress("drawing", n, total)
 
     return video(replay, look=look, run=run, speed=speed, progress=frame_done)
-
-
-def check(command: c.Record) -> None:
-    """Refuse what cannot be written before anything is simulated.
-
-    Raises:
-        ExportError: the file's name ends in something else, or its folder cannot be made.
-        InvalidData: the speed is out of range.
-    """
-    if command.out.suffix.lower()[1:] not in KINDS:
-        raise ExportError(f"{command.out}: a recording's name ends in .mp4, .png or .html")
-    if not SPEEDS[0] <= command.speed <= SPEEDS[1]:
-        raise InvalidData(f"speed must be from {SPEEDS[0]:g} to {SPEEDS[1]:g}, not {command.speed:g}")
-    try:
-        command.out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as e:
-        raise ExportError(f"{command.out} cannot be written: {e.strerror}") from None
-
-
-def record_elite(command: c.Record, reader: RunReader, number: int, console: Console) -> None:
-    """Write a recording of an evaluation.
-
-    Raises:
-        InvalidData: there is no such target, repeat, noise or moment.
-        ExportError: it cannot be simulated again, or the file cannot be written.
-    """
-    trial = TrialChoice(
-        target=command.target,
-        repeat=command.repeat,
-        fresh=command.fresh,
-        aim=Aim.parse(command.aim) if command.aim else None,
-    )
-    replay = Replay.of(reader.config, reader.evaluation(number), trial)
-    if command.at is not None and not replay.start_time <= command.at <= replay.end_time:
-        raise InvalidData(
-            f"at must be from {replay.start_time:g} to {replay.end_time:g} s, not {command.at:g}"
-        )
-    with contextlib.ExitStack() as stack:
-        bars: dict[str, Callable[[int, int], None]] = {}
-
-        def progress(what: str, n: int, total: int) -> None:
-            if what not in bars:
-                stack.close()
-                bars[what] = stack.enter_context(counting(console, what))
-            bars[what](n, total)
-
-        content = recording(
-            replay,
-            command.out.suffix.lower()[1:],
-            run=reader.path.stem,
-            where=f"{command.archive} cell {command.cell}",
-            entered=reader.generation_of(number),
-            at=command.at,
-            speed=command.speed,
-            look=Look(light=command.light),
-            progress=progress,
-        )
-    try:
-        command.out.write_bytes(content)
-    except OSError as e:
-        raise ExportError(f"{command.out} cannot be written: {e.strerror}") from None

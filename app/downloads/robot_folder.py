@@ -20,9 +20,9 @@ from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
 from engine.files import csv_text
-from engine.runs.evolve import versions
+from engine.search.archive import cell_name
+from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 from viz.build_sheet.facts import Facts, Place, gather
 from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName

@@ -10,7 +10,7 @@ import viser
 from app.downloads.recording import Progress
 from app.gui.actions import Actions
 from app.gui.widgets import put
-from engine.errors import InvalidData
+from engine.errors import Cancelled, InvalidData
 
 File = tuple[str, bytes]
 """Name and content."""
@@ -75,7 +75,7 @@ class FileMaker:
             name, content = make(lambda doing, n, total: self._report(what, doing, n, total))
             if not self._cancelled.is_set():
                 self._client.send_file_download(name, content, save_immediately=True)
-        except _CancelledError:
+        except Cancelled:
             self._actions.notify("Cancelled", f"No file was made of {what}.")
         finally:
             for widget in (self._text, self._bar, self._cancel):
@@ -85,7 +85,7 @@ class FileMaker:
 
     def _report(self, what: str, doing: str, n: int, total: int) -> None:
         if self._cancelled.is_set() or self._actions.closed:
-            raise _CancelledError
+            raise Cancelled
         share = 100.0 * n / max(total, 1)
         # a message for every per cent is enough
         if int(share) != int(self._bar.value) or n == total or doing not in self._text.content:
@@ -97,7 +97,3 @@ class FileMaker:
         for widget in (self._text, self._bar, self._cancel):
             if not widget.visible:
                 widget.visible = True
-
-
-class _CancelledError(Exception):
-    pass

@@ -16,8 +16,8 @@ from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
 from engine.search.archive import Cell
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from viz import theme
 from viz.maps import keyboard
 from viz.maps.heatmap import Ring

@@ -10,8 +10,8 @@ from app.maps.color_controls import ALL_RUNS, FIXED, ColorWish, checked_limits
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData
 from engine.search.archive import Cell
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from viz import theme
 from viz.maps import axis_labels as axis_text
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings

@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from app.gui.viser_private import put_arrays
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from viz import theme
 from viz.robot.stroke_font import NumberStrokes
 

@@ -7,8 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from engine.replay.recording import frame_at, nearest_index
-from engine.replay.replay import Frame, Playable
+from engine.replay.recording import Playable, ReplayFrame, frame_at, nearest_index
 
 log = logging.getLogger(__name__)
 
@@ -198,7 +197,7 @@ class Player:
         self._show(replay, nearest_index(replay, moment), moment)
 
 
-def current_frame(player: Player) -> Frame | None:
+def current_frame(player: Player) -> ReplayFrame | None:
     """Return the frame that is due, which may lie between two recorded ones, or None before the first one."""
     replay = player.replay
     if replay is None or not replay.frames:

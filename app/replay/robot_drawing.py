@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.gui.viser_private import put_arrays
 from app.replay.overlays import MarkLayer, Marks
 from engine.body.module import ROD_LENGTH
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from engine.tasks.walls import Wall
 from viz import theme
 from viz.robot.drawn_replay import DrawnReplay

@@ -11,7 +11,7 @@ import viser
 from app.replay.overlays import Marks
 from app.replay.robot_drawing import RobotDrawing
 from app.replay.scene_camera import SceneCamera
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from viz.robot.geometry import Drawing
 
 EYE = np.array([-0.55, -0.9, 0.95])

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import viser
 
-from engine.body.turns import rotation_rows
+from engine.body.kinematics import rotation_rows
 from viz.robot.framing import Window, eye_showing
 
 PATIENCE = 5.0

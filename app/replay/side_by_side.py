@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.replay.replay import Frame, Replay
+from engine.replay.recording import ReplayFrame
+from engine.replay.replay import Replay
 from engine.simulation.rollout import Head
 from engine.tasks.walls import Wall
 
@@ -57,7 +58,7 @@ class LaneReplay:
         self._times: list[Sequence[float]] = [_Times(lane) for lane in self.lanes]
 
     @property
-    def frames(self) -> Sequence[Frame]:
+    def frames(self) -> Sequence[ReplayFrame]:
         """A frame, of the first lane that goes on, for every moment that all lanes have reached."""
         return self._moments
 
@@ -155,7 +156,7 @@ class _Times(Sequence[float]):
         return self._replay.frames[index].time
 
 
-class _Moments(Sequence[Frame]):
+class _Moments(Sequence[ReplayFrame]):
     """The moments of a ``LaneReplay``; only ever more of them."""
 
     def __init__(self, replay: LaneReplay) -> None:

@@ -8,7 +8,7 @@ import viser
 
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import put_html
-from engine.storage.lineage import Ancestor
+from engine.storage.rows import Ancestor
 from viz.robot import lineage_list
 
 

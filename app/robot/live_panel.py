@@ -11,7 +11,7 @@ from app.gui.widgets import put_html
 from engine.body.kinematics import contraction, internal_lengths
 from engine.config import RunConfig
 from engine.replay.dump_replay import DumpReplay
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz.robot import network_diagram, servo_plot

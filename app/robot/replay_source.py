@@ -14,7 +14,7 @@ from app.replay.side_by_side import LaneReplay
 from app.replay.side_by_side_scene import LaneArena
 from app.robot.pins_panel import PinsPanel
 from app.robot.what_if_panel import Events, WhatIfPanel
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from engine.replay.trial import TrialChoice
 from engine.replay.what_if import WhatIfReplay
 from viz.robot.robot_differences import Entry

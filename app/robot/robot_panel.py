@@ -12,9 +12,9 @@ from app.gui.file_maker import FileMaker
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
 from engine.config import RunConfig
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
-from engine.storage.lineage import Ancestor
+from engine.storage.rows import Ancestor
 from engine.tasks import get_task
 from viz.robot import robot_card
 

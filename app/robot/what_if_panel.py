@@ -13,9 +13,9 @@ from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import put, put_html
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
-from engine.body.morphology import Morphology
+from engine.body.morphology import Morphology, with_face, with_modules, with_stiffness
 from engine.errors import InvalidData
-from engine.replay.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
+from engine.replay.what_if import WhatIf, WhatIfReplay
 from engine.tasks import get_task
 from viz.robot import what_if_table as view
 from viz.robot.robot_differences import Entry

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 import typing
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,7 +27,7 @@ from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.storage.lock import holder_of, is_being_written
-from engine.storage.writer import SUFFIX
+from engine.storage.schema import SUFFIX
 from engine.tasks import BUILT_IN
 
 START_TIMEOUT: Final = 30.0
@@ -102,7 +103,7 @@ def start(new: NewRun) -> Path:
 
 def flags(new: NewRun) -> list[str]:
     """Return the command line's flags of a run: the preset, and where its configuration differs."""
-    differing = _differing(new.config, config.preset(new.preset))
+    differing = _differing(config.to_json(new.config), config.to_json(config.preset(new.preset)))
     return ["--preset", new.preset, "--workers", str(new.workers), *differing]
 
 
@@ -188,12 +189,11 @@ def _mark(marker: Path) -> None:
         marker.touch()
 
 
-def _differing(value: Any, base: Any, prefix: str = "--") -> list[str]:
+def _differing(values: Mapping[str, Any], base: Mapping[str, Any], prefix: str = "--") -> list[str]:
     parts: list[str] = []
-    for field in dataclasses.fields(value):
-        mine, theirs = getattr(value, field.name), getattr(base, field.name)
-        flag = prefix + field.name.replace("_", "-")
-        if dataclasses.is_dataclass(mine):
+    for name, mine in values.items():
+        theirs, flag = base[name], prefix + name.replace("_", "-")
+        if isinstance(mine, dict):
             parts += _differing(mine, theirs, f"{flag}.")
         elif mine != theirs:
             parts += [flag, *map(str, mine)] if isinstance(mine, tuple) else [flag, str(mine)]

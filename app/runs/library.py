@@ -11,7 +11,7 @@ from pathlib import Path
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.storage.reader import RunReader
-from engine.storage.writer import SUFFIX
+from engine.storage.schema import SUFFIX
 from viz.runs.run_list import RunFacts, State
 
 log = logging.getLogger(__name__)

@@ -16,7 +16,7 @@ from app.gui.field_docs import field_docs
 from app.gui.widgets import put
 from app.runs.launcher import NewRun, check_name, choices
 from app.worker_flags import MAX_WORKERS
-from engine.config import PRESETS, from_json, preset, to_json
+from engine.config import PRESETS, RunConfig, from_json, inline_tables, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.runs.evolve import check_physics
 from viz import theme
@@ -83,9 +83,9 @@ class RunForm:
             )
             more = gui.add_folder("More", expand_by_default=False)
             with more:
-                for field in dataclasses.fields(base):
-                    if field.name not in EVERYDAY and field.name not in TITLES:
-                        self._add(more, base, (), field.name)
+                for owner, name in _own_fields(base):
+                    if name not in EVERYDAY and name not in TITLES:
+                        self._add(more, owner, (), name)
                 for group, title in TITLES.items():
                     part = gui.add_folder(title, expand_by_default=False)
                     with part:
@@ -122,8 +122,9 @@ class RunForm:
             except ValueError as e:
                 raise FieldError(f"{field.label}: {e}", field) from None
         base = preset(str(self._preset.value))
-        if data["initial"] == base.initial:  # not thought of by whoever asks for few evaluations
-            data["initial"] = min(base.initial, data["evaluations"])
+        initial = base.map_search.initial
+        if data["initial"] == initial:  # not thought of by whoever asks for few evaluations
+            data["initial"] = min(initial, data["evaluations"])
         try:
             config = from_json(data)
             check_physics(config)
@@ -192,6 +193,15 @@ class RunForm:
             if (match := re.search(rf"\b{f.path[-1].replace('_', '[_ ]')}\b", message))
         ]
         return self._fields[min(found)[2]] if found else None
+
+
+def _own_fields(config: RunConfig) -> Iterator[tuple[Any, str]]:
+    """Yield the fields that a run's configuration has in a file, each with what holds it."""
+    inline = inline_tables(RunConfig)
+    for field in dataclasses.fields(config):
+        owner = getattr(config, field.name) if field.name in inline else config
+        names = dataclasses.fields(owner) if field.name in inline else (field,)
+        yield from ((owner, f.name) for f in names)
 
 
 class FieldError(InvalidData):

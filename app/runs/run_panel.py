@@ -19,8 +19,8 @@ from app.runs import launcher
 from app.runs.run_form import RunForm
 from engine.errors import InvalidData
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
-from engine.runs.evolve import failures_folder
-from engine.storage.generations import Generation
+from engine.storage.rows import Generation
+from engine.storage.schema import failures_folder
 from viz.runs import run_progress
 
 RECENT: Final = 5

@@ -20,8 +20,7 @@ from app.gui.viser_private import Gate
 from app.runs.library import UPLOADS
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.storage.reader import RunReader
-from engine.storage.schema import TABLES
-from engine.storage.writer import SUFFIX
+from engine.storage.schema import SUFFIX, TABLES
 
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""

@@ -27,11 +27,11 @@ from app.state import Selection, SessionState
 from engine.errors import InvalidData
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
-from engine.replay.replay import Playable, Replay
+from engine.replay.recording import Playable
+from engine.replay.replay import Replay
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
-from engine.search.archive import Cell
+from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 from engine.tasks import get_task
 from viz.robot.robot_differences import Entry
 

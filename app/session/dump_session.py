@@ -13,7 +13,7 @@ from app.robot.robot_panel import WIDTH, dock
 from app.session.software_rendering import spare_software_rendering
 from engine.replay.dump import Dump
 from engine.replay.dump_replay import DumpReplay
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable
 from viz.robot import robot_card
 
 SLIDER_STEP = 0.01

@@ -14,8 +14,7 @@ from app.session.address import AddressBar, Place, find_run, run_name
 from app.session.chosen_robot import ChosenRobot
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError
-from engine.search.archive import Cell
-from engine.storage.rows import cell_name
+from engine.search.archive import Cell, cell_name
 
 PATIENCE: Final = 4.0
 """Seconds that a browser has to say what it came for."""

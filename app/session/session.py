@@ -24,9 +24,8 @@ from app.session.palette import add_commands
 from app.session.software_rendering import spare_software_rendering
 from app.state import SessionState
 from engine.errors import InvalidData, TensAtlasError
-from engine.runs.evolve import changed_versions
 from engine.search.archive import Cell
-from engine.storage.reader import RunReader
+from engine.storage.reader import RunReader, changed_versions
 
 
 class Session:

@@ -15,9 +15,9 @@ from engine.analysis.run_result import ALGORITHM_NAMES, NothingToCompareError, R
 from engine.analysis.statistics import RankSum, Statistics, Trend, describe, rank_sum, trend
 from engine.config import to_json
 from engine.errors import InvalidData
-from engine.storage.writer import SUFFIX
+from engine.storage.schema import SUFFIX
 
-Observer = Callable[[Path, int, int], None]
+ReadingObserver = Callable[[Path, int, int], None]
 """Told which run is read, and how many of how many are done."""
 
 TESTED: Final = ("best", "qd_score")
@@ -114,7 +114,7 @@ class Comparison:
 
 
 def compare_runs(
-    places: Sequence[Path], *, at: int | None = None, observer: Observer | None = None
+    places: Sequence[Path], *, at: int | None = None, observer: ReadingObserver | None = None
 ) -> Comparison:
     """Read runs and group them by task and algorithm.
 

@@ -9,25 +9,26 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from engine.errors import InvalidData, RunFileError
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.search.axes import body_axes, body_cell, trajectory_axes
+from engine.search.axes import Axis, body_axes, body_cell, project, trajectory_axes
 from engine.search.descriptors import TrajectoryDescriptor, sensory_data
-from engine.search.projection import project
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.tasks import get_task
 
 MORPHOLOGY: Final = "morphology"
 CONTROLLER: Final = "controller"
 GRID: Final = "grid"
+
+CountObserver = Callable[[int, int], None]
+"""Is told how many of how many robots are done."""
 
 Elite = tuple[float, int]
 """Fitness in m and number of an evaluation; the smaller pair is the better elite."""
@@ -163,7 +164,7 @@ def lift(reader: RunReader, generation: Generation, elites: Mapping[int, Evaluat
     placed: list[tuple[Cell, Elite]] = []
     n_clipped = 0
     if ordered:
-        data = sensory_data([e.trajectory for e in ordered], reader.config.sensory)
+        data = sensory_data([e.trajectory for e in ordered], reader.config.map_search.sensory)
         with reader.guard():
             described = descriptor.transform(data)
             n_clipped = sum(descriptor.out_of_bounds(d[None]) for d in described)

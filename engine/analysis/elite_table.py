@@ -10,14 +10,12 @@ import numpy as np
 
 from engine.analysis.elite_maps import final_descriptor
 from engine.errors import ExportError, RunFileError
-from engine.files import csv_text
-from engine.search.algorithm import Axis
-from engine.search.archive import Cell
-from engine.search.axes import body_axes, body_measure, cell_centre, cell_index, trajectory_axes
+from engine.files import compact_json, csv_text
+from engine.search.archive import Cell, cell_name
+from engine.search.axes import Axis, body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.search.descriptors import TrajectoryDescriptor, sensory_data
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name, dump
 from engine.tasks import get_task
 
 Table = dict[str, list[Any]]
@@ -54,7 +52,7 @@ def elite_table(reader: RunReader, archive: str | None = None) -> Table:
                     raise RunFileError(
                         f"{reader.path} is damaged: evaluation {e.solution.number} holds a cell of a map"
                     )
-                measures = _measures(axes, cell, e, descriptor, reader.config.sensory)
+                measures = _measures(axes, cell, e, descriptor, reader.config.map_search.sensory)
                 rows.append(
                     {
                         "archive": name,
@@ -64,8 +62,8 @@ def elite_table(reader: RunReader, archive: str | None = None) -> Table:
                         "cell": cell_name(cell),
                         "evaluation": e.solution.number,
                         "parent": e.solution.parent,
-                        "solution_morphology": dump(e.solution.morphology.to_json()),
-                        "solution_controller": dump(e.solution.controller.to_json()),
+                        "solution_morphology": compact_json(e.solution.morphology.to_json()),
+                        "solution_controller": compact_json(e.solution.controller.to_json()),
                     }
                 )
     columns = ["archive", "index", "objective", *(f"measures_{i}" for i in range(most))]

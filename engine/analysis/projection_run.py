@@ -4,27 +4,32 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from engine.analysis.elite_maps import CONTROLLER, GRID, MORPHOLOGY, EliteMap, double_elites, lift
+from engine.analysis.elite_maps import (
+    CONTROLLER,
+    GRID,
+    MORPHOLOGY,
+    CountObserver,
+    EliteMap,
+    double_elites,
+    lift,
+)
 from engine.errors import RunFileError
-from engine.runs.evolve import check_physics, create_evaluator, statistics
-from engine.search.algorithm import Axis
+from engine.runs.evolve import check_physics
 from engine.search.archive import Cell, GridArchive
-from engine.search.axes import body_axes, trajectory_axes
+from engine.search.axes import Axis, body_axes, trajectory_axes
 from engine.simulation.evaluation import Evaluation
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation, statistics
 from engine.storage.writer import RunWriter
 from engine.tasks import get_task
+from engine.workers.evaluator import create_evaluator
 
 DOWN: Final = "the 4-D archive as its two 2-D maps"
 UP: Final = "the two 2-D archives as one 4-D map"
-
-Observer = Callable[[int, int], None]
-"""Told how many robots of how many have been simulated again."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ class _Projected:
 
 
 def project_run(
-    source: Path, out: Path, *, n_threads: int = 1, observer: Observer | None = None
+    source: Path, out: Path, *, n_threads: int = 1, observer: CountObserver | None = None
 ) -> ProjectionReport:
     """Write the projection of a run: a 4-D archive's two 2-D maps, or two 2-D archives' 4-D map.
 
@@ -129,7 +134,7 @@ def _project_up(
     generations: list[Generation],
     out: Path,
     n_threads: int,
-    observer: Observer | None,
+    observer: CountObserver | None,
 ) -> ProjectionReport:
     last = generations[-1]
     elites = double_elites(reader, last)
@@ -162,7 +167,7 @@ def resimulate_missing(
     elites: Mapping[int, Evaluation],
     *,
     n_threads: int = 1,
-    observer: Observer | None = None,
+    observer: CountObserver | None = None,
 ) -> dict[int, Evaluation]:
     """Evaluate the elites that lack a trajectory again, with the run's own physics and seeds.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from engine.analysis.elite_maps import archive_maps
+from engine.analysis.elite_maps import CountObserver, archive_maps
 from engine.analysis.robustness import (
     MAX_REPEATS,
     MapRobustness,
@@ -20,19 +20,18 @@ from engine.analysis.robustness import (
 )
 from engine.analysis.verify import with_noise
 from engine.errors import InvalidData, RunFileError
-from engine.runs.evolve import check_physics, create_evaluator, versions
+from engine.runs.evolve import check_physics
 from engine.simulation.evaluation import Solution
+from engine.simulation.provenance import versions
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
 from engine.tasks import get_task, task_version
+from engine.workers.evaluator import create_evaluator
 
 _SAVE_INTERVAL: Final = 5.0
 """Seconds of work that being killed costs at most, besides the group under way."""
 _DECISIVE: Final = ("mujoco", "numpy", "tensatlas", "machine", "physics")
 """Versions under which results are made; those of different ones are not mixed. A task's file is one more."""
-
-Observer = Callable[[int, int], None]
-"""Told how many evaluations of how many are done."""
 
 
 def reevaluate(
@@ -41,7 +40,7 @@ def reevaluate(
     repeats: int,
     archive: str | None = None,
     n_threads: int = 1,
-    observer: Observer | None = None,
+    observer: CountObserver | None = None,
 ) -> tuple[Robustness, list[MapRobustness]]:
     """Evaluate a run's elites again under fresh noise, and keep the results beside the run.
 

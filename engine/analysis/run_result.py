@@ -21,8 +21,8 @@ from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.search.archive import Cell
 from engine.search.axes import body_axes
-from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.tasks import get_task
 
 ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}
@@ -71,9 +71,9 @@ class RunResult:
     def variant(self) -> str:
         """The algorithm for people, with what makes it another one than the published."""
         name = ALGORITHM_NAMES.get(self.config.algorithm, self.config.algorithm)
-        if getattr(self.config, "cell_capacity", 1) > 1:
+        if self.config.map_search.cell_capacity > 1:
             name += " deep grid"
-        if getattr(self.config, "stiffness", "shared") != "shared":
+        if self.config.stiffness != "shared":
             name += ", stiffness per module"
         return name
 

@@ -2,7 +2,7 @@
 
 The module is the six-rod icosahedron of Zardini et al. (GECCO 2021). All figures are SI. They were
 read off the published simulator (Tensoft-G21), whose forces and masses are multiplied by ten so that
-they are those of the real, Earth-gravity robot; ``engine.simulation.model.Physics`` has the inertia scaling
+they are those of the real, Earth-gravity robot; ``engine.simulation.physics.Physics`` has the inertia scaling
 that goes with it.
 """
 

@@ -183,3 +183,82 @@ def _random_face(rng: random.Random) -> int:
 def _check_int(what: str, value: Any, low: int, high: int) -> None:
     if type(value) is not int or not low <= value <= high:
         raise InvalidData(f"{what} must be a whole number from {low} to {high}, not {value!r}")
+
+
+def body_changes(parent: Morphology, child: Morphology) -> list[str]:
+    """Return what differs between two bodies, in words; modules count from 1.
+
+    Where a module came in or went, it is the one that leaves the fewest differences in the others.
+    """
+    old, new = list(parent.faces), list(child.faces)
+    changes = []
+    moved = len(new) - len(old)
+    kept = list(range(len(new)))  # modules of the child that have a counterpart in the parent
+    if abs(moved) == 1:
+        longer, shorter = (new, old) if moved > 0 else (old, new)
+        at = min(range(len(longer)), key=lambda i: _differences(longer[:i] + longer[i + 1 :], shorter))
+        changes.append(f"module {at + 1} {'added' if moved > 0 else 'removed'}")
+        if moved > 0:
+            kept.remove(at)
+            new = new[:at] + new[at + 1 :]
+        else:
+            old = old[:at] + old[at + 1 :]
+    elif moved:
+        return [f"{len(old)} → {len(new)} modules"]
+    turned = [kept[i] + 1 for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
+    if turned:
+        changes.append(f"face{'s' if len(turned) > 1 else ''} of {', '.join(map(str, turned))}")
+    if parent.stiffness_level != child.stiffness_level:
+        if child.stiffness_mode == parent.stiffness_mode == "shared":
+            changes.append(f"stiffness {parent.stiffness_text} → {child.stiffness_text}")
+        elif not moved:
+            changes.append("stiffnesses")
+    return changes
+
+
+def _differences(a: list[int], b: list[int]) -> int:
+    return sum(x != y for x, y in zip(a, b, strict=True))
+
+
+def with_modules(body: Morphology, n: int) -> Morphology:
+    """Return a body with modules taken from its end, or added there as copies of its last.
+
+    Raises:
+        InvalidData: there cannot be so many modules.
+    """
+    if not MIN_MODULES <= n <= MAX_MODULES:
+        raise InvalidData(f"modules must be from {MIN_MODULES} to {MAX_MODULES}, not {n}")
+    faces = (body.faces + body.faces[-1:] * n)[:n]
+    level = body.stiffness_level
+    if isinstance(level, tuple):
+        level = (level + level[-1:] * n)[:n]
+    return Morphology(level, faces)
+
+
+def with_face(body: Morphology, module: int, face: int) -> Morphology:
+    """Return a body of which one module, counted from 0, joins the next one at another face.
+
+    Raises:
+        InvalidData: there is no such module or face.
+    """
+    if not 0 <= module < body.n_modules:
+        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
+    return Morphology(body.stiffness_level, (*body.faces[:module], face, *body.faces[module + 1 :]))
+
+
+def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
+    """Return a body of another stiffness level, in all of its modules or in one, counted from 0.
+
+    Raises:
+        InvalidData: there is no such level or module, or its modules share one stiffness.
+    """
+    if not 1 <= level <= N_STIFFNESS_LEVELS:
+        raise InvalidData(f"stiffness level must be from 1 to {N_STIFFNESS_LEVELS}, not {level}")
+    levels = body.stiffness_level
+    if module is None:
+        return Morphology((level,) * len(levels) if isinstance(levels, tuple) else level, body.faces)
+    if not isinstance(levels, tuple):
+        raise InvalidData("the modules of this robot share one stiffness")
+    if not 0 <= module < body.n_modules:
+        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
+    return Morphology((*levels[:module], level, *levels[module + 1 :]), body.faces)

@@ -24,7 +24,7 @@ from engine.config import RunConfig
 from engine.control.network import Plan
 from engine.replay.replay import repeat_trial
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head
 from engine.tasks import get_task, sensed
 from engine.tasks.squeezing import SENSOR_RANGE

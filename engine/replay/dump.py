@@ -27,13 +27,14 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, physics_from_json
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
-from engine.simulation.evaluation import MAX_REPEATS, FailedTrial, Solution, Stage
-from engine.simulation.history import MAX_UPDATES, Failure
-from engine.simulation.mjcf import xml_with_state
-from engine.simulation.model import Physics, RobotModel, build_robot, build_spec, with_walls
+from engine.files import read_zip, zip_bytes
+from engine.simulation.divergence import MAX_UPDATES, Failure
+from engine.simulation.evaluation import FailedTrial, Solution, Stage
+from engine.simulation.model import RobotModel, build_robot, build_spec, with_walls, xml_with_state
+from engine.simulation.physics import Physics
+from engine.simulation.trials import MAX_REPEATS
 from engine.tasks import get_task
 from engine.tasks.walls import MAX_WALLS, Wall, add_walls
-from engine.zip_file import read_zip, zip_bytes
 
 SUFFIX: Final = ".tsdump"
 FORMAT: Final = "tensatlas-failure"

@@ -9,9 +9,8 @@ import mujoco
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.replay.contacts import ContactFinder
 from engine.replay.dump import Dump
-from engine.replay.replay import Frame
+from engine.replay.recording import ContactFinder, ReplayFrame
 from engine.simulation.divergence import ARENA_RADIUS, Guard
 from engine.simulation.rollout import Head
 
@@ -30,7 +29,7 @@ class DumpReplay:
 
     def __init__(self, dump: Dump) -> None:
         self.dump = dump
-        self.frames: list[Frame] = []
+        self.frames: list[ReplayFrame] = []
         self.target: np.ndarray | None = None
         self.walls = dump.failed.walls
         self.failure: str | None = None
@@ -112,7 +111,7 @@ class DumpReplay:
         lengths = lengths.reshape(self.morphology.n_modules, -1)
         time = self.start_time + (len(self.frames) + 1) * self.frame_period
         contacts = self._contacts.find(data.qpos)
-        self.frames.append(Frame.of(time, data.qpos, lengths, self.head, contacts=contacts))
+        self.frames.append(ReplayFrame.of(time, data.qpos, lengths, self.head, contacts=contacts))
 
 
 def _warnings(data: mujoco.MjData) -> np.ndarray:

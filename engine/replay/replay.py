@@ -4,135 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Sequence
-from typing import Final, Protocol, Self
+from typing import Final, Self
 
 import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.errors import InvalidData, TaskError
-from engine.replay.contacts import ContactFinder
+from engine.errors import Cancelled, InvalidData, TaskError
+from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
 from engine.replay.trial import Aim, TrialChoice
-from engine.simulation.evaluation import Evaluation, fresh_number, noise_seed
-from engine.simulation.rollout import ClosedLoop, Head, Observer, SimulationBatch, build_robots, settle
-from engine.simulation.timestep import check_timestep
-from engine.tasks import get_task, target_offsets, worlds
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.physics import check_timestep
+from engine.simulation.rollout import BatchObserver, ClosedLoop, Head, SimulationBatch
+from engine.simulation.trials import fresh_number, start_trials, trials_of
+from engine.tasks import get_task
 from engine.tasks.walls import Wall
 
-UPDATES_PER_FRAME: Final = 2
-"""Control updates between two recorded frames: 25 frames a second at 50 Hz."""
 MAX_FRESH: Final = 2**20
 """Number of the last fresh noise on offer."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Frame:
-    """A robot at one moment.
-
-    Attributes:
-        time: seconds since the trial's clock started; negative while the robot settles.
-        pose: (modules, 6, 7) float32 positions (m) and quaternions (w, x, y, z) of the rods.
-        lengths: (modules, 5) float32 commanded lengths of the internal cables, in m.
-        head: (2,) float32 horizontal position of the head, in m.
-        contacts: (n, 3) float32 points where it touches the ground or a wall, in m.
-        sensed: (inputs,) what its controller sensed at the update before, None while it has no say.
-    """
-
-    time: float
-    pose: np.ndarray
-    lengths: np.ndarray
-    head: np.ndarray
-    contacts: np.ndarray
-    sensed: np.ndarray | None = None
-
-    @classmethod
-    def of(
-        cls,
-        time: float,
-        qpos: np.ndarray,
-        lengths: np.ndarray,
-        head: Head,
-        *,
-        contacts: np.ndarray,
-        sensed: np.ndarray | None = None,
-    ) -> Frame:
-        """Take a frame.
-
-        Args:
-            time: of the trial's clock, in s.
-            qpos: (modules x 42,) generalised coordinates.
-            lengths: (modules, 5) commanded lengths of the internal cables, in m.
-            head: which end of the robot is its head.
-            contacts: (n, 3) points where it touches the world, in m.
-            sensed: (inputs,) what its controller sensed last, None while it has no say.
-        """
-        pose = qpos.reshape(len(lengths), -1, 7).astype(np.float32)
-        return cls(
-            time=time,
-            pose=pose,
-            lengths=lengths.astype(np.float32),
-            head=pose[head.module, list(head.front), :2].mean(axis=0),
-            contacts=contacts,
-            sensed=None if sensed is None else sensed.copy(),
-        )
-
-
-class Playable(Protocol):
-    """A simulation whose frames can be shown while it runs."""
-
-    @property
-    def frames(self) -> Sequence[Frame]:
-        """What has been simulated, every ``frame_period``; only ever grows."""
-        ...
-
-    @property
-    def target(self) -> np.ndarray | None:
-        """(2,) the target in the world, in m, or None."""
-        ...
-
-    @property
-    def walls(self) -> tuple[Wall, ...]:
-        """What stands in the world; the walls go up when the target is placed."""
-        ...
-
-    @property
-    def failure(self) -> str | None:
-        """Why the simulation failed, once it has."""
-        ...
-
-    @property
-    def head(self) -> Head:
-        """Which end of the robot is its head."""
-        ...
-
-    @property
-    def morphology(self) -> Morphology:
-        """The robot's body."""
-        ...
-
-    @property
-    def start_time(self) -> float:
-        """Time of the clock one ``frame_period`` before the first frame, in s."""
-        ...
-
-    @property
-    def end_time(self) -> float:
-        """Time of the clock that ``advance`` is first asked to simulate to, in s."""
-        ...
-
-    @property
-    def frame_period(self) -> float:
-        """Seconds between two frames."""
-        ...
-
-    def cancel(self) -> None:
-        """Make ``advance`` return soon, and at once from then on."""
-        ...
-
-    def advance(self, until: float) -> None:
-        """Simulate until a time of the clock, in s, a failure or ``cancel``."""
-        ...
 
 
 def repeat_trial(
@@ -143,7 +32,7 @@ def repeat_trial(
     repeat: int,
     fresh: int = 0,
     aim: Aim | None = None,
-    observer: Observer | None = None,
+    observer: BatchObserver | None = None,
 ) -> ClosedLoop:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
 
@@ -156,21 +45,24 @@ def repeat_trial(
         aim: where the target is instead of where the task has it.
         observer: sees the robot settle.
     """
-    solution, task, physics = evaluation.solution, get_task(config.task), config.physics
-    number = fresh_number(solution.number, fresh)
-    robots = build_robots([solution.morphology], physics)
-    offset = target_offsets(task)[target] if aim is None else aim.offset
-    return ClosedLoop(
-        settle(robots, physics=physics, duration=config.trials.settle_time, observer=observer),
-        robots,
-        heads=[Head.of(solution.morphology, evaluation.head_is_end)],
-        controllers=[solution.controller],
-        targets=offset[None, None],
-        seeds=[[noise_seed(config.seed, number, target, repeat)]],
+    solution, task = evaluation.solution, get_task(config.task)
+    trial = trials_of(task, solution.morphology.n_modules, config.trials.repeats)[
+        target * config.trials.repeats + repeat
+    ]
+    if aim is not None:
+        trial = dataclasses.replace(trial, offset=aim.offset)
+    return start_trials(
+        [solution.morphology],
+        [solution.controller],
+        [trial],
+        numbers=[fresh_number(solution.number, fresh)],
+        run_seed=config.seed,
         task=task,
-        physics=physics,
-        walls=[worlds(task, solution.morphology.n_modules)[target]],
-    )
+        physics=config.physics,
+        times=config.trials,
+        heads=[Head.of(solution.morphology, evaluation.head_is_end)],
+        observer=observer,
+    ).loop
 
 
 class Replay:
@@ -214,7 +106,7 @@ class Replay:
         self.repeat = repeat
         self.fresh = fresh
         self.aim = aim
-        self.frames: list[Frame] = []
+        self.frames: list[ReplayFrame] = []
         self.target: np.ndarray | None = None
         """(2,) the target in the world, in m, once the robot has settled."""
         self.walls: tuple[Wall, ...] = ()
@@ -314,7 +206,7 @@ class Replay:
                     self._observe(self._loop.sim)
                     if abs(elapsed + period - self.trial_time) < period / 2:
                         self.score = float(self._loop.scores()[0, 0])
-            except _CancelledError:
+            except Cancelled:
                 return
             except TaskError as e:
                 self.failure = str(e)
@@ -335,7 +227,7 @@ class Replay:
 
     def _observe(self, sim: SimulationBatch) -> None:
         if self._cancelled.is_set():
-            raise _CancelledError
+            raise Cancelled
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])
         if sim.n_updates % UPDATES_PER_FRAME:
             return
@@ -344,7 +236,7 @@ class Replay:
             self._contacts = ContactFinder(model)
         sensed = None if self._loop is None else self._loop.sensed
         self.frames.append(
-            Frame.of(
+            ReplayFrame.of(
                 sim.time - self.settle_time,
                 qpos,
                 sim.commanded[0, 0],
@@ -353,7 +245,3 @@ class Replay:
                 sensed=None if sensed is None else sensed[0, 0],
             )
         )
-
-
-class _CancelledError(Exception):
-    pass

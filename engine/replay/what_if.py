@@ -11,61 +11,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.errors import InvalidData, TaskError
-from engine.replay.contacts import ContactFinder
-from engine.replay.replay import UPDATES_PER_FRAME, Frame
-from engine.simulation.evaluation import Evaluation, noise_seed
-from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
-from engine.simulation.timestep import check_timestep
-from engine.tasks import fitness, get_task, target_offsets, worlds
+from engine.errors import Cancelled, InvalidData, TaskError
+from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
+from engine.simulation.evaluation import Evaluation
+from engine.simulation.physics import check_timestep
+from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch
+from engine.simulation.trials import start_trials, trials_of
+from engine.tasks import fitness, get_task
 from engine.tasks.walls import Wall
-
-
-def with_modules(body: Morphology, n: int) -> Morphology:
-    """Return a body with modules taken from its end, or added there as copies of its last.
-
-    Raises:
-        InvalidData: there cannot be so many modules.
-    """
-    if not MIN_MODULES <= n <= MAX_MODULES:
-        raise InvalidData(f"modules must be from {MIN_MODULES} to {MAX_MODULES}, not {n}")
-    faces = (body.faces + body.faces[-1:] * n)[:n]
-    level = body.stiffness_level
-    if isinstance(level, tuple):
-        level = (level + level[-1:] * n)[:n]
-    return Morphology(level, faces)
-
-
-def with_face(body: Morphology, module: int, face: int) -> Morphology:
-    """Return a body of which one module, counted from 0, joins the next one at another face.
-
-    Raises:
-        InvalidData: there is no such module or face.
-    """
-    if not 0 <= module < body.n_modules:
-        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology(body.stiffness_level, (*body.faces[:module], face, *body.faces[module + 1 :]))
-
-
-def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
-    """Return a body of another stiffness level, in all of its modules or in one, counted from 0.
-
-    Raises:
-        InvalidData: there is no such level or module, or its modules share one stiffness.
-    """
-    if not 1 <= level <= N_STIFFNESS_LEVELS:
-        raise InvalidData(f"stiffness level must be from 1 to {N_STIFFNESS_LEVELS}, not {level}")
-    levels = body.stiffness_level
-    if module is None:
-        return Morphology((level,) * len(levels) if isinstance(levels, tuple) else level, body.faces)
-    if not isinstance(levels, tuple):
-        raise InvalidData("the modules of this robot share one stiffness")
-    if not 0 <= module < body.n_modules:
-        raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology((*levels[:module], level, *levels[module + 1 :]), body.faces)
 
 
 class WhatIf:
@@ -88,7 +43,7 @@ class WhatIf:
         task, trials = get_task(config.task), config.trials
         self._task = task
         self._shape = (task.n_targets, trials.repeats)
-        self.frames: list[list[Frame]] = [[] for _ in range(task.n_targets)]
+        self.frames: list[list[ReplayFrame]] = [[] for _ in range(task.n_targets)]
         """Per target the frames under the first noise seed; they only ever grow."""
         self.targets: np.ndarray | None = None
         """(targets, 2) in the world, in m, once the robot has settled."""
@@ -136,7 +91,7 @@ class WhatIf:
         """
         try:
             self._run(progress)
-        except _CancelledError:
+        except Cancelled:
             return
         except TaskError as e:
             self.failure = str(e)
@@ -144,43 +99,34 @@ class WhatIf:
 
     def _run(self, progress: Callable[[], None]) -> None:
         config, physics, trials = self.config, self.config.physics, self.config.trials
-        robots = build_robots([self.morphology], physics)
-        settling: list[Frame] = []
-        finder = ContactFinder(robots[0].model)
+        settling: list[ReplayFrame] = []
+        finder: ContactFinder | None = None
+        unknown = Head.of(self.morphology, True)
 
         def settled_frame(sim: SimulationBatch) -> None:
+            nonlocal finder
             self._check()
             if sim.n_updates % UPDATES_PER_FRAME == 0:
-                qpos = sim.qpos[0, 0]
-                time = sim.time - trials.settle_time
-                settling.append(Frame.of(time, qpos, sim.commanded[0, 0], head, contacts=finder.find(qpos)))
+                finder = finder or ContactFinder(sim.model(0))
+                qpos, time = sim.qpos[0, 0], sim.time - trials.settle_time
+                settling.append(
+                    ReplayFrame.of(time, qpos, sim.commanded[0, 0], unknown, contacts=finder.find(qpos))
+                )
 
-        head = Head.of(self.morphology, True)
-        settled = settle(robots, physics=physics, duration=trials.settle_time, observer=settled_frame)
-        self._check()
-        (head,), (lost,) = find_heads(
-            settled, robots, [self.morphology], physics=physics, duration=trials.open_loop_time
-        )
-        self._check()
-        offsets = np.repeat(target_offsets(self._task), trials.repeats, axis=0)
         n_targets, repeats = self._shape
-        loop = ClosedLoop(
-            settled,
-            robots,
-            heads=[head],
-            controllers=[self.original.solution.controller],
-            targets=offsets[None],
-            seeds=[
-                [
-                    noise_seed(config.seed, self.original.solution.number, target, repeat)
-                    for target in range(n_targets)
-                    for repeat in range(repeats)
-                ]
-            ],
+        solution = self.original.solution
+        started = start_trials(
+            [self.morphology],
+            [solution.controller],
+            trials_of(self._task, self.morphology.n_modules, repeats),
+            numbers=[solution.number],
+            run_seed=config.seed,
             task=self._task,
             physics=physics,
-            walls=[w for w in worlds(self._task, self.morphology.n_modules) for _ in range(repeats)],
+            times=trials,
+            observer=settled_frame,
         )
+        loop, (head,), (lost,) = started.loop, started.heads, started.head_search
         self.walls = [loop.walls[0][k * repeats] for k in range(n_targets)]
         self.head = head
         for frames in self.frames:
@@ -218,7 +164,7 @@ class WhatIf:
             qpos = sim.qpos[0, copy]
             sensed = None if loop.sensed is None else loop.sensed[0, copy]
             self.frames[k].append(
-                Frame.of(
+                ReplayFrame.of(
                     self.time, qpos, sim.commanded[0, copy], head, contacts=finder.find(qpos), sensed=sensed
                 )
             )
@@ -228,7 +174,7 @@ class WhatIf:
 
     def _check(self) -> None:
         if self._cancelled.is_set():
-            raise _CancelledError
+            raise Cancelled
 
 
 class WhatIfReplay:
@@ -248,7 +194,7 @@ class WhatIfReplay:
         self.what_if, self.target_index = what_if, target
 
     @property
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[ReplayFrame]:
         """What has been simulated; nothing before the head is known."""
         return self.what_if.frames[self.target_index]
 
@@ -303,9 +249,9 @@ class WhatIfReplay:
         """Do nothing: the ``WhatIf`` simulates all targets, to their end."""
 
 
-def _with_head(frame: Frame, head: Head) -> Frame:
+def _with_head(frame: ReplayFrame, head: Head) -> ReplayFrame:
     """Return a frame with the head at the end where it was found."""
-    return Frame(
+    return ReplayFrame(
         time=frame.time,
         pose=frame.pose,
         lengths=frame.lengths,
@@ -313,7 +259,3 @@ def _with_head(frame: Frame, head: Head) -> Frame:
         contacts=frame.contacts,
         sensed=frame.sensed,
     )
-
-
-class _CancelledError(Exception):
-    pass

@@ -1,1 +1,8 @@
-"""runs."""
+"""A run started, resumed and finished; an experiment of many.
+
+Read in this order:
+
+- ``evolve``: starts a run, or resumes an interrupted one.
+- ``run_loop``: ask, evaluate, save, tell, close the generation; again until the budget is spent.
+- ``campaign``: a grid of tasks, algorithms and seeds, described in one file.
+"""

@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
-from engine.storage.writer import SUFFIX
-from engine.toml_file import read_toml
+from engine.files import read_toml
+from engine.storage.schema import SUFFIX
 
 MAX_RUNS: Final = 10_000
 _TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "config", "variants")

@@ -1,126 +1,27 @@
-"""Configuration + algorithm + evaluator + store: start a run, go on with one, finish it."""
+"""Starting a run and going on with one, until its budget is spent."""
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
-import importlib.metadata
-import platform
-import time
-from collections import defaultdict, deque
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import InvalidData, RunFileError
 from engine.replay.dump import DumpFolder
+from engine.runs.run_loop import ProgressObserver, RunLoop
 from engine.search.algorithm import Algorithm
-from engine.search.archive import GridArchive
-from engine.search.dm_me import DoubleMapMapElites
-from engine.search.map_elites import MapElites
-from engine.search.snapshot import Snapshot
-from engine.search.vie_neat import VieNeat
-from engine.simulation.evaluation import Evaluation, Evaluator, LocalEvaluator, Solution
-from engine.simulation.model import body_fingerprint, build_robot
-from engine.simulation.timestep import check_timestep
+from engine.simulation.evaluation import FailureKeeper
+from engine.simulation.model import build_robot
+from engine.simulation.physics import check_timestep
+from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
+from engine.storage.schema import failures_folder
 from engine.storage.writer import RunWriter
-from engine.tasks import get_task, task_version
-from engine.workers.evaluator import LocalStream, Stream
+from engine.workers.evaluator import EvaluationQueue, LocalQueue, create_evaluator
 from engine.workers.job import world_of
-from engine.workers.pool import PoolEvaluator, Workers
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a run is.
-
-    Attributes:
-        generation: the generation under way, or the last one when it has just been closed.
-        n_evaluations: finished evaluations of the whole run.
-        budget: evaluations when the run is finished.
-        n_new: evaluations that this process finished.
-        seconds: computing time of this process.
-        n_failed: evaluations in which a simulation failed, in this process.
-        archives: the archives after the last closed generation.
-        initial_distance: d_init of f_s, in m.
-    """
-
-    generation: int
-    n_evaluations: int
-    budget: int
-    n_new: int
-    seconds: float
-    n_failed: int
-    archives: dict[str, GridArchive]
-    initial_distance: float
-
-
-Observer = Callable[[Progress], None]
-
-
-def create_algorithm(config: RunConfig) -> Algorithm:
-    """Return a fresh algorithm for a configuration."""
-    common: dict[str, Any] = {
-        "n_inputs": get_task(config.task).n_inputs,
-        "stiffness": config.stiffness,
-        "seed": config.seed,
-        "budget": config.evaluations,
-    }
-    maps: dict[str, Any] = {
-        "n_initial": config.initial,
-        "batch_size": config.batch_size,
-        "refit_generations": config.refit_generations,
-        "sensory": config.sensory,
-        "overlap": config.overlap,
-    }
-    match config.algorithm:
-        case "dm-me":
-            return DoubleMapMapElites(**common, **maps, cell_capacity=config.cell_capacity)
-        case "map-elites":
-            return MapElites(**common, **maps)
-        case "vie-neat":
-            return VieNeat(**common, config=config.vie_neat)
-
-
-def failures_folder(path: Path) -> Path:
-    """Return the folder beside a run file where the dumps of its failed simulations are kept."""
-    return path.with_name(f"{path.stem}.failures")
-
-
-def create_evaluator(config: RunConfig, n_threads: int, dumps: DumpFolder | None = None) -> Evaluator:
-    """Return an evaluator on this machine's threads that keeps failures in a folder, if any."""
-    return LocalEvaluator(
-        task=get_task(config.task),
-        physics=config.physics,
-        trials=config.trials,
-        run_seed=config.seed,
-        n_threads=n_threads,
-        keep_failure=None if dumps is None else dumps.keep,
-    )
-
-
-def versions(task: str = "") -> dict[str, str]:
-    """Return the versions of what decides a run's outcome.
-
-    Args:
-        task: the run's; if it comes from a file of the user's, its hash is one of them.
-    """
-    packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
-    found = {
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-        "physics": body_fingerprint(),
-    }
-    for p in packages:
-        try:
-            found[p] = importlib.metadata.version(p)
-        except importlib.metadata.PackageNotFoundError:
-            found[p] = "unknown"
-    return found | task_version(task)
+from engine.workers.pool import PoolQueue, Workers
 
 
 def evolve(
@@ -129,7 +30,7 @@ def evolve(
     *,
     n_threads: int = 1,
     workers: Workers | None = None,
-    observer: Observer | None = None,
+    observer: ProgressObserver | None = None,
 ) -> None:
     """Start a run and work until its budget is spent.
 
@@ -147,7 +48,8 @@ def evolve(
     """
     check_physics(config)
     with RunWriter.create(path, config, versions(config.task)) as writer:
-        _work(writer, config, create_algorithm(config), 0.0, _streams(n_threads, workers), observer)
+        algorithm = create_algorithm(config)
+        _work(writer, config, algorithm, n_threads=n_threads, workers=workers, observer=observer)
 
 
 def check_physics(config: RunConfig) -> None:
@@ -164,25 +66,12 @@ def check_physics(config: RunConfig) -> None:
         raise InvalidData(f"physics: MuJoCo refuses this robot: {str(e).splitlines()[0]}") from None
 
 
-def changed_versions(path: Path) -> list[str]:
-    """Return what differs between the versions that started a run and those that would go on with it.
-
-    Raises:
-        RunFileError: the file is no run file or is damaged.
-    """
-    with RunReader(path) as reader:
-        # the first files did not say how their bodies were modelled
-        before = {"physics": "unknown"} | reader.versions
-        now_installed = versions(reader.config.task)
-    return [
-        f"{name} {before[name]} -> {now}"
-        for name, now in now_installed.items()
-        if name in before and before[name] != now and name != "python"
-    ]
-
-
 def resume(
-    path: Path, *, n_threads: int = 1, workers: Workers | None = None, observer: Observer | None = None
+    path: Path,
+    *,
+    n_threads: int = 1,
+    workers: Workers | None = None,
+    observer: ProgressObserver | None = None,
 ) -> None:
     """Go on with an interrupted run, exactly as if it had never stopped; nothing if it is finished.
 
@@ -210,7 +99,15 @@ def resume(
             # read under the lock: nobody else moves the run on between reading and going on
             algorithm, seconds = _restore(reader)
             stack.close()
-            _work(writer, reader.config, algorithm, seconds, _streams(n_threads, workers), observer)
+            _work(
+                writer,
+                reader.config,
+                algorithm,
+                seconds_before=seconds,
+                n_threads=n_threads,
+                workers=workers,
+                observer=observer,
+            )
 
 
 def _restore(reader: RunReader) -> tuple[Algorithm, float]:
@@ -225,33 +122,15 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     return algorithm, last.seconds
 
 
-def _streams(n_threads: int, workers: Workers | None) -> Callable[[RunConfig, DumpFolder], Stream]:
-    """Return what makes the stream of a run's evaluations, which keeps failures in a folder."""
-
-    def make(config: RunConfig, dumps: DumpFolder) -> Stream:
-        if workers is None:
-            return LocalStream(create_evaluator(config, n_threads, dumps))
-        return PoolEvaluator(workers=workers, world=world_of(config), keep_failure=dumps.keep)
-
-    return make
-
-
-@dataclasses.dataclass(slots=True)
-class _UnderWay:
-    """A generation that has been asked for and not yet told."""
-
-    number: int
-    solutions: Sequence[Solution]
-    finished: dict[int, Evaluation]
-
-
 def _work(
     writer: RunWriter,
     config: RunConfig,
     algorithm: Algorithm,
-    seconds_before: float,
-    stream_for: Callable[[RunConfig, DumpFolder], Stream],
-    observer: Observer | None,
+    *,
+    seconds_before: float = 0.0,
+    n_threads: int,
+    workers: Workers | None,
+    observer: ProgressObserver | None,
 ) -> None:
     dumps = DumpFolder(
         failures_folder(writer.path),
@@ -259,102 +138,14 @@ def _work(
         versions=versions(config.task),
         n_failed=writer.n_failed(),
     )
-    stream = stream_for(config, dumps)
-    distance = get_task(config.task).target_distance
-    started = time.monotonic()
-    n_new = n_failed = 0
-    n_told = writer.n_told(algorithm.generation)
-    under_way: deque[_UnderWay] = deque()
-    generation_of: dict[int, _UnderWay] = {}
-
-    def report() -> None:
-        if observer:
-            observer(
-                Progress(
-                    generation=algorithm.generation,
-                    n_evaluations=n_told + sum(len(g.finished) for g in under_way),
-                    budget=config.evaluations,
-                    n_new=n_new,
-                    seconds=time.monotonic() - started,
-                    n_failed=n_failed,
-                    archives=dict(algorithm.archives),
-                    initial_distance=distance,
-                )
-            )
-
-    def begin(solutions: Sequence[Solution]) -> None:
-        number = algorithm.generation + len(under_way)
-        finished = {e.solution.number: e for e in writer.pending(number)}
-        _check_pending(writer.path, finished, solutions)
-        generation = _UnderWay(number, solutions, finished)
-        under_way.append(generation)
-        waiting = [s for s in solutions if s.number not in finished]
-        generation_of.update((s.number, generation) for s in waiting)
-        stream.submit(waiting)
-
-    def save(group: Sequence[Evaluation]) -> None:
-        by_generation: dict[int, list[Evaluation]] = defaultdict(list)
-        for e in group:
-            generation = generation_of.pop(e.solution.number)
-            generation.finished[e.solution.number] = e
-            by_generation[generation.number].append(e)
-        for number, ours in by_generation.items():
-            writer.add_evaluations(number, ours, [stream.origin(e.solution.number) for e in ours])
-
-    for solutions in algorithm.outstanding:
-        begin(solutions)
-    while True:
-        while len(under_way) <= config.overlap and (asked := algorithm.ask()):
-            begin(asked)
-        report()
-        if not under_way:
-            return
-        oldest = under_way[0]
-        while len(oldest.finished) < len(oldest.solutions):
-            group = stream.collect()
-            save(group)
-            n_new += len(group)
-            n_failed += sum(e.failure is not None for e in group)
-            report()
-        algorithm.tell(list(oldest.finished.values()))
-        under_way.popleft()
-        n_told += len(oldest.solutions)
-        writer.close_generation(
-            algorithm,
-            statistics(algorithm, distance),
-            seconds_before + time.monotonic() - started,
-        )
+    queue = create_queue(config, dumps.keep, n_threads=n_threads, workers=workers)
+    RunLoop(writer, config, algorithm, seconds_before=seconds_before, queue=queue, observer=observer).run()
 
 
-def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Sequence[Solution]) -> None:
-    """Make sure that what an interrupted generation left behind belongs to the solutions asked for."""
-    asked = {s.number: s for s in solutions}
-    for number, e in finished.items():
-        if asked.get(number) != e.solution:
-            raise RunFileError(
-                f"{path} cannot be gone on with: solution {number} comes out differently with the"
-                " versions installed now; 'tensatlas info' shows those it was started with"
-            )
-
-
-def statistics(algorithm: Snapshot, initial_distance: float) -> dict[str, Any]:
-    """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
-    return {
-        name: {
-            **archive_figures(archive, initial_distance),
-            "axes": [dataclasses.asdict(a) for a in algorithm.axes(name)],
-        }
-        for name, archive in algorithm.archives.items()
-    }
-
-
-def archive_figures(archive: GridArchive, initial_distance: float) -> dict[str, float | None]:
-    """Return best and mean f_s, QD score (m) and coverage of an archive."""
-    best: Evaluation | None = archive.best()
-    qd_score = archive.qd_score(initial_distance)
-    return {
-        "best": None if best is None or best.fitness is None else initial_distance - best.fitness,
-        "mean": qd_score / len(archive) if len(archive) else None,
-        "qd_score": qd_score,
-        "coverage": archive.coverage,
-    }
+def create_queue(
+    config: RunConfig, keep_failure: FailureKeeper, *, n_threads: int, workers: Workers | None
+) -> EvaluationQueue:
+    """Return what evaluates a run's solutions: the workers, or without any the threads of this process."""
+    if workers is None:
+        return LocalQueue(create_evaluator(config, n_threads, keep_failure))
+    return PoolQueue(workers=workers, world=world_of(config), keep_failure=keep_failure)

@@ -1,1 +1,13 @@
-"""search."""
+"""Which robots to try, and which keep a cell. Nothing here evaluates or stores.
+
+Read in this order:
+
+- ``algorithm``: the contract, on one page: ``ask``, ``tell``, ``state``, ``restore``.
+- ``archive``: cells and their elites; where an elite is replaced.
+- ``descriptors``: the cell of a body, and of the way its head moves.
+- ``axes``: what an archive's axes mean; projections and sections of an archive.
+- ``variation``: random solutions and mutants.
+- ``trajectory_archive``: an archive whose axes are fitted to the trajectories that it holds.
+- ``map_search``: what DM-ME and MAP-Elites share. ``dm_me``, ``map_elites``: the two.
+- ``viability``, ``neat_population``: the populations of bodies and of controllers that ``vie_neat`` pairs.
+"""

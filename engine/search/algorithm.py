@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import abc
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from engine.search.archive import GridArchive
+from engine.search.axes import Axis
 from engine.simulation.evaluation import Evaluation, Solution
 
 Recall = Callable[[set[int]], Mapping[int, Evaluation]]
 """Looks up evaluations of a run by their numbers; raises RunFileError if one does not exist."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Axis:
-    """One axis of an archive, for people: n equal cells from lower to upper."""
-
-    name: str
-    lower: float
-    upper: float
-    n: int
 
 
 class Algorithm(abc.ABC):
@@ -87,3 +77,25 @@ class Algorithm(abc.ABC):
             contents: the archives' elites then, by archive and cell.
             recall: looks up other evaluations that the state speaks of.
         """
+
+
+class Snapshot(Protocol):
+    """What a generation leaves behind; every algorithm is one after its ``tell``."""
+
+    @property
+    def generation(self) -> int:
+        """Number of completed generations."""
+        ...
+
+    @property
+    def archives(self) -> Mapping[str, GridArchive]:
+        """The archives by name."""
+        ...
+
+    def axes(self, archive: str) -> tuple[Axis, ...]:
+        """Describe the axes of an archive as they are now."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """Return the JSON-ready state at the end of a generation, archives excluded."""
+        ...

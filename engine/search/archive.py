@@ -196,3 +196,20 @@ def parent_weights(held: Sequence[Evaluation]) -> list[float]:
 def _rank(evaluation: Evaluation) -> tuple[float, int]:
     assert evaluation.fitness is not None
     return evaluation.fitness, evaluation.solution.number
+
+
+def cell_name(cell: Cell) -> str:
+    """Return a cell as written on the command line and in a run file: ``i,j``."""
+    return ",".join(map(str, cell))
+
+
+def parse_cell(text: str) -> Cell:
+    """Read ``i,j`` back.
+
+    Raises:
+        InvalidData: it is not whole numbers separated by commas.
+    """
+    parts = text.split(",")
+    if not all(p.strip().isdecimal() and len(p) < 10 for p in parts):
+        raise InvalidData(f"a cell is written like 3,7, not {text!r}")
+    return tuple(int(p) for p in parts)

@@ -3,36 +3,63 @@
 from __future__ import annotations
 
 import abc
+import dataclasses
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell
-from engine.search.trajectory_archive import TrajectoryMap
+from engine.search.trajectory_archive import TrajectoryArchive
 from engine.search.variation import Variation
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
+MAX_CELL_CAPACITY: Final = 1000
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
 
 
-def check_schedule(evaluations: int, initial: int, batch_size: int, refit_generations: Sequence[int]) -> None:
-    """Check that the numbers of a schedule fit together.
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class MapSearchConfig:
+    """Parameters of DM-ME and MAP-Elites; ViE-NEAT leaves them alone.
 
     Raises:
-        InvalidData: they contradict each other; the message says which.
+        InvalidData: a cell holds nobody, or so many that a run file's state would grow out of hand.
     """
-    if evaluations < 2:
-        raise InvalidData(f"evaluations must be at least 2, not {evaluations}")
-    if not 2 <= initial <= evaluations:
-        raise InvalidData(f"initial ({initial}) must be from 2 to evaluations ({evaluations})")
-    if batch_size < 2 or batch_size % 2:
-        raise InvalidData(f"batch_size must be an even number from 2, not {batch_size}")
-    if 0 not in refit_generations or min(refit_generations) < 0:
-        raise InvalidData("refit_generations must include 0 and not be negative")
+
+    initial: int = 1080
+    """Random solutions in generation 0."""
+    batch_size: int = 24
+    """Solutions per later generation; half of the parents come from each archive of DM-ME."""
+    refit_generations: tuple[int, ...] = PAPER_REFITS
+    """Generations at which standardiser and PCA are fitted anew."""
+    sensory: Literal["positions", "displacements"] = "positions"
+    """What of the head's 1 Hz trajectory describes a controller."""
+    cell_capacity: int = 1
+    """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.cell_capacity <= MAX_CELL_CAPACITY:
+            raise InvalidData(
+                f"cell_capacity must be from 1 to {MAX_CELL_CAPACITY}, not {self.cell_capacity}"
+            )
+
+    def check_schedule(self, evaluations: int) -> None:
+        """Check that the generations fit a budget.
+
+        Raises:
+            InvalidData: the numbers contradict each other; the message says which.
+        """
+        if evaluations < 2:
+            raise InvalidData(f"evaluations must be at least 2, not {evaluations}")
+        if not 2 <= self.initial <= evaluations:
+            raise InvalidData(f"initial ({self.initial}) must be from 2 to evaluations ({evaluations})")
+        if self.batch_size < 2 or self.batch_size % 2:
+            raise InvalidData(f"batch_size must be an even number from 2, not {self.batch_size}")
+        if 0 not in self.refit_generations or min(self.refit_generations) < 0:
+            raise InvalidData("refit_generations must include 0 and not be negative")
 
 
 def check_overlap(overlap: int) -> None:
@@ -46,19 +73,17 @@ def check_overlap(overlap: int) -> None:
 
 
 class MapSearch(Algorithm):
-    """A search whose parents are drawn from archives, one of them a ``TrajectoryMap``.
+    """A search whose parents are drawn from archives, one of them a ``TrajectoryArchive``.
 
     Solutions stay random until there are two evaluations to project. Nothing but the generator of
     ``variation`` is drawn from, in an order that depends on the evaluations alone.
 
     Args:
+        config: sizes of the generations and what describes a controller.
         n_inputs: what the controllers sense.
-        n_initial: random solutions of generation 0.
-        batch_size: solutions per later generation, an even number.
-        refit_generations: when standardiser and PCA are fitted anew.
-        stiffness: whether a body's modules share one stiffness.
-        seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
+        seed: of all the algorithm's draws.
+        stiffness: whether a body's modules share one stiffness.
         overlap: generations that may be asked for before the one in front of them has been told. Parents
             are then drawn from archives that are as many generations old.
 
@@ -66,31 +91,28 @@ class MapSearch(Algorithm):
         InvalidData: the numbers contradict each other.
     """
 
-    _trajectories: TrajectoryMap
-    """Set by the constructor of a subclass."""
+    _trajectories: TrajectoryArchive
 
     def __init__(
         self,
+        config: MapSearchConfig,
         *,
         n_inputs: int,
-        n_initial: int,
-        batch_size: int,
-        refit_generations: Sequence[int],
-        stiffness: StiffnessMode,
-        seed: int,
         budget: int,
+        seed: int = 0,
+        stiffness: StiffnessMode = "shared",
         overlap: int = 0,
     ) -> None:
-        check_schedule(budget, n_initial, batch_size, refit_generations)
+        config.check_schedule(budget)
         check_overlap(overlap)
-        self._n_initial = n_initial
-        self._batch_size = batch_size
-        self._stiffness = stiffness
+        self._config = config
+        self._stiffness: StiffnessMode = stiffness
         self._budget = budget
         self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed)
         self._generation = 0
         self._overlap = overlap
         self._asked: deque[list[Solution]] = deque()
+        self._create_archives()
 
     @property
     def generation(self) -> int:
@@ -113,10 +135,10 @@ class MapSearch(Algorithm):
             return []  # there are no parents before the first generation is told
         self._variation.new_generation()
         if not self._trajectories.fitted:
-            n = min(self._n_initial, remaining)
+            n = min(self._config.initial, remaining)
             asked = [self._variation.random() for _ in range(n)]
         else:
-            asked = self._mutants(min(self._batch_size, remaining))
+            asked = self._mutants(min(self._config.batch_size, remaining))
         self._asked.append(asked)
         return list(asked)
 
@@ -158,6 +180,10 @@ class MapSearch(Algorithm):
         """Draw parents from an archive and mutate each."""
         parents = self.archives[archive].sample(n, self._variation.rng)
         return [self._variation.mutate(parent.solution, archive) for parent in parents]
+
+    @abc.abstractmethod
+    def _create_archives(self) -> None:
+        """Create the archives, empty; ``_trajectories`` is one of them."""
 
     @abc.abstractmethod
     def _mutants(self, n: int) -> list[Solution]:

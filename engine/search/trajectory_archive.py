@@ -9,8 +9,8 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.body.morphology import StiffnessMode
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell, GridArchive
+from engine.search.axes import Axis
 from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     TrajectoryDescriptor,
@@ -36,7 +36,7 @@ def morphology_axes(stiffness: StiffnessMode) -> tuple[Axis, ...]:
     )
 
 
-class TrajectoryMap:
+class TrajectoryArchive:
     """An archive whose last two axes are the principal components of the head's trajectories.
 
     Standardiser and PCA are fitted to the first evaluations, and at the scheduled generations to

@@ -27,11 +27,11 @@ from typing import Any
 
 from engine.body.morphology import StiffnessMode, random_morphology
 from engine.errors import InvalidData
-from engine.search.algorithm import Algorithm, Axis, Recall
+from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
+from engine.search.axes import Axis
 from engine.search.descriptors import morphology_cell
 from engine.search.neat_population import NeatPopulation
-from engine.search.pairing import pair_randomly, paired_fitness
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.search.variation import restore_rng, rng_state
 from engine.search.viability import Candidate, Member, ViabilityPopulation
@@ -125,14 +125,13 @@ class VieNeat(Algorithm):
 
     def __init__(
         self,
+        config: VieNeatConfig,
         *,
         n_inputs: int,
-        config: VieNeatConfig | None = None,
-        stiffness: StiffnessMode = "shared",
+        budget: int,
         seed: int = 0,
-        budget: int = 45_000,
+        stiffness: StiffnessMode = "shared",
     ) -> None:
-        config = config or VieNeatConfig()
         config.check_budget(budget)
         self._budget = budget
         self._rng = random.Random(seed)
@@ -256,3 +255,36 @@ class VieNeat(Algorithm):
         candidate = self._candidates[index]
         _, number = min(known)
         return Member(candidate.morphology, candidate.family, number, paired_fitness([f for f, _ in known]))
+
+
+def pair_randomly(n_left: int, n_right: int, rng: random.Random) -> list[tuple[int, int]]:
+    """Pair two populations at random, everybody at least once.
+
+    There are as many pairs as the larger population has members. Of the larger one everybody is in one
+    pair; the members of the smaller one take turns, so that two of them differ by one pair at most, and
+    who has one more is drawn. For equal sizes the pairing is one-to-one.
+
+    Returns:
+        Pairs of indices, no pair twice; empty if a population is.
+    """
+    if not n_left or not n_right:
+        return []
+    left, right = list(range(n_left)), list(range(n_right))
+    rng.shuffle(left)
+    rng.shuffle(right)
+    return [(left[i % n_left], right[i % n_right]) for i in range(max(n_left, n_right))]
+
+
+def paired_fitness(fitnesses: Sequence[float]) -> float:
+    """Return mean + 1/2 (max - mean) of the fitnesses, to be minimised, that somebody got with its partners.
+
+    Zardini et al. 2021, equation 2. With one partner it is that fitness, to the last bit.
+
+    Raises:
+        ValueError: there is none.
+    """
+    if not fitnesses:
+        raise ValueError("somebody without a partner has no fitness")
+    mean = sum(fitnesses) / len(fitnesses)
+    # never -0.0, whose sign a run file would not keep
+    return mean + 0.5 * (max(fitnesses) - mean) + 0.0

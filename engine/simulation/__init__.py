@@ -1,1 +1,14 @@
-"""simulation."""
+"""Genes in, evaluations out. No archive, no file, no screen.
+
+Read in this order:
+
+- ``physics``: what a run may choose: friction, contact, inertia, noise, time step.
+- ``model``: a body and its walls as a MuJoCo model.
+- ``batch``: many simulations side by side.
+- ``divergence``: which of them have failed, and their last moments.
+- ``rollout``: settling, the search for the head, the closed loop of sensing, network and servos.
+- ``trials``: what a robot is tried at, and the one way in which trials begin.
+- ``evaluation``: solutions in, evaluations out.
+- ``provenance``: which computer and versions computed something.
+- ``self_check``: a known simulation, repeated to test an installation.
+"""

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from mujoco import batch
 
-from engine.simulation.divergence import Guard
-from engine.simulation.history import Failure, History
-from engine.simulation.model import Physics, RobotModel
+from engine.simulation.divergence import Failure, Guard, History
+from engine.simulation.model import RobotModel
+from engine.simulation.physics import Physics
 
 
 class SimulationBatch:
@@ -141,5 +141,5 @@ class SimulationBatch:
             self.failures[i] = self._history.failure(i, self.n_updates, reason)
 
 
-Observer = Callable[[SimulationBatch], None]
+BatchObserver = Callable[[SimulationBatch], None]
 """Called after every control update; may raise to abandon the roll-out."""

@@ -9,61 +9,25 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Final, Literal, Protocol, Self
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
-from engine.errors import InvalidData
-from engine.simulation.history import Failure
-from engine.simulation.model import Physics
-from engine.simulation.rollout import (
-    OPEN_LOOP_TIME,
-    ClosedLoop,
-    Head,
-    Observer,
-    Trials,
-    build_robots,
-    find_heads,
-    settle,
-)
-from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, fitness, target_offsets, worlds
+from engine.simulation.divergence import Failure
+from engine.simulation.physics import Physics
+from engine.simulation.rollout import BatchObserver, Head, Trials
+from engine.simulation.trials import StartedTrials, TrialConfig, start_trials, trials_of
+from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
 CHUNK: Final = 8
 """Solutions simulated together; what is finished is handed on chunk by chunk."""
 
 
-MAX_REPEATS: Final = 100
-LONGEST: Final = 1000.0
-"""Seconds of any part of a trial, at most: a replay keeps its frames, and runs may come from anywhere."""
-
 Stage = Literal["settling", "head-search", "trial"]
 """What a simulation of an evaluation is for."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class TrialConfig:
-    """How long and how often a solution is tried; part of a run's configuration."""
-
-    repeats: int = 2
-    """Simulations per target, each with its own noise."""
-    settle_time: float = SETTLE_TIME
-    """Seconds without actuation before the target is placed."""
-    open_loop_time: float = OPEN_LOOP_TIME
-    """Seconds of open-loop motion that show which end is the head."""
-    trial_time: float = TRIAL_TIME
-    """Seconds a trial lasts."""
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.repeats <= MAX_REPEATS:
-            raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {self.repeats}")
-        for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
-            if not least <= getattr(self, name) <= LONGEST:
-                raise InvalidData(
-                    f"{name} must be from {least:g} to {LONGEST:g} s, not {getattr(self, name)}"
-                )
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,14 +125,6 @@ FailureKeeper = Callable[[FailedTrial], str]
 """Keeps a failure somewhere; returns what the evaluation's ``failure`` adds to the reason, such as where."""
 
 
-class Evaluator(Protocol):
-    """Computes evaluations, on this machine or elsewhere."""
-
-    def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
-        """Yield the evaluations of all solutions in groups, in whatever order they are finished."""
-        ...
-
-
 class LocalEvaluator:
     """Evaluates on the threads of this machine.
 
@@ -192,7 +148,7 @@ class LocalEvaluator:
         run_seed: int,
         n_threads: int = 1,
         keep_failure: FailureKeeper | None = None,
-        observer: Observer | None = None,
+        observer: BatchObserver | None = None,
     ) -> None:
         self._task = task
         self._physics = physics
@@ -210,67 +166,45 @@ class LocalEvaluator:
                 yield self._evaluate_chunk(chunk)
 
     def _evaluate_chunk(self, solutions: Sequence[Solution]) -> list[Evaluation]:
-        task, trials = self._task, self._trials
-        morphologies = [s.morphology for s in solutions]
-        robots = build_robots(morphologies, self._physics)
-        common: dict[str, Any] = {"physics": self._physics, "n_threads": self._n_threads}
-        settled = settle(robots, duration=trials.settle_time, **common)
-        heads, head_failures = find_heads(
-            settled, robots, morphologies, duration=trials.open_loop_time, **common
+        n_modules = solutions[0].morphology.n_modules
+        started = start_trials(
+            [s.morphology for s in solutions],
+            [s.controller for s in solutions],
+            trials_of(self._task, n_modules, self._trials.repeats),
+            numbers=[s.number for s in solutions],
+            run_seed=self._run_seed,
+            task=self._task,
+            physics=self._physics,
+            times=self._trials,
+            n_threads=self._n_threads,
         )
-        targets = np.repeat(target_offsets(task), trials.repeats, axis=0)
-        loop = ClosedLoop(
-            settled,
-            robots,
-            heads=heads,
-            controllers=[s.controller for s in solutions],
-            targets=np.broadcast_to(targets, (len(solutions), *targets.shape)),
-            seeds=[
-                [
-                    noise_seed(self._run_seed, s.number, target, repeat)
-                    for target in range(task.n_targets)
-                    for repeat in range(trials.repeats)
-                ]
-                for s in solutions
-            ],
-            task=task,
-            walls=[walls for walls in worlds(task, morphologies[0].n_modules) for _ in range(trials.repeats)],
-            **common,
-        )
-        results = loop.run(trials.trial_time, self._observer)
+        results = started.loop.run(self._trials.trial_time, self._observer)
         evaluations = []
-        for k, (solution, result, head) in enumerate(zip(solutions, results, heads, strict=True)):
-            failed = self._first_failure(
-                solution, head, settled.failures[k], head_failures[k], result, loop.walls[k]
-            )
-            evaluations.append(self._summarise(solution, result, head, failed))
+        for k, (solution, result) in enumerate(zip(solutions, results, strict=True)):
+            failed = self._first_failure(solution, result, started, k)
+            evaluations.append(self._summarise(solution, result, started.heads[k], failed))
         return evaluations
 
     def _first_failure(
-        self,
-        solution: Solution,
-        head: Head,
-        settling: Failure | None,
-        head_search: Failure | None,
-        result: Trials,
-        worlds: Sequence[tuple[Wall, ...]],
+        self, solution: Solution, result: Trials, started: StartedTrials, robot: int
     ) -> FailedTrial | None:
-        """Return the first failure of an evaluation, given those of its stages; None if there is none."""
+        """Return the first failure of a robot's evaluation, given those of its stages; None without any."""
         stage: Stage = "trial"
         target = repeat = None
         walls: tuple[Wall, ...] = ()
-        failure = settling or head_search  # what fails while settling is not tried in the later stages
+        settling = started.settling[robot]
+        failure = settling or started.head_search[robot]  # a later stage does not try what fails in settling
         if failure is not None:
             stage = "settling" if settling else "head-search"
         elif result.failed is not None:
             failure = result.failures[result.failed]
             target, repeat = divmod(result.failed, self._trials.repeats)
-            walls = worlds[result.failed]
+            walls = started.loop.walls[robot][result.failed]
         if failure is None:
             return None
         return FailedTrial(
             solution=solution,
-            head_is_end=head.is_end,
+            head_is_end=started.heads[robot].is_end,
             stage=stage,
             target=target,
             repeat=repeat,
@@ -297,20 +231,3 @@ class LocalEvaluator:
             head_is_end=head.is_end,
             failure=failure,
         )
-
-
-def fresh_number(number: int, sample: int) -> int:
-    """Return the number under which a solution gets noise of its own, instead of that of its evaluation.
-
-    Args:
-        number: of the solution.
-        sample: 0 for the recorded noise; any other number for noise that no evaluation of the run has, and
-            no other sample of this solution.
-    """
-    # no run has as many evaluations
-    return number + sample * 2**32
-
-
-def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, ...]:
-    """Return the seed of one simulation's actuation noise."""
-    return (run_seed, number, target, repeat)

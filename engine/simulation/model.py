@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import hashlib
-import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -20,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.errors import InvalidData
+from engine.simulation.physics import Physics
 from engine.tasks.walls import Wall, add_walls
 
 # a diverging simulation is reported with its evaluation, not in a log file in the current folder
@@ -32,66 +30,8 @@ mujoco.MjLogConfig.set(_log)
 DROP_HEIGHT: Final = 0.082
 """Height of the chain's axis above the ground at the start, in metres."""
 GRAVITY: Final = 9.81
-MOST_PARTS: Final = 100_000
-"""Most time steps in a control period, and most of those in a second: a run file may come from anywhere."""
 CONTACT_SOLIMP: Final = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Constraint impedance of every contact; MuJoCo's default lets friction creep by millimetres a second."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Physics:
-    """How the robot is simulated; part of a run's configuration.
-
-    Friction is the published rod-on-ground coefficient. The contact's hardness, bounce and impedance ratio
-    were chosen on robots that the published simulator replayed, among those whose results do not hang on
-    the time step; ``docs/physics.md`` says how well they do and where they do not.
-    """
-
-    timestep: float = 0.0025
-    """Step of the integrator, in s."""
-    control_period: float = 0.02
-    """Time between two controller updates, in s; a whole number of time steps."""
-    inertia_scale: float = 10.0
-    """Factor on every inertia (mass scaling), with gravity divided by it so that weights stay real."""
-    rod_inertia: float = 3.0
-    """Further factor on the rotational inertia of the plain rods (selective mass scaling): their own turning
-    is the fastest motion of a module and what limits the time step."""
-    friction: float = 0.5
-    """Sliding friction coefficient of every contact."""
-    impratio: float = 100.0
-    """MuJoCo's ratio of frictional to normal constraint impedance: higher slips less."""
-    contact_time: float = 0.02
-    """MuJoCo's time constant of every contact, in s: larger is softer."""
-    contact_damping: float = 1.0
-    """MuJoCo's damping ratio of every contact: 1 does not bounce."""
-    servo_noise: float = t.SERVO_NOISE
-    """Standard deviation of the noise on every commanded internal cable length, in m."""
-
-    def __post_init__(self) -> None:
-        for name in (f.name for f in dataclasses.fields(self) if f.name != "servo_noise"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
-        if not 1e-3 <= self.inertia_scale <= 1e3:
-            raise InvalidData(f"physics: inertia_scale must be from 0.001 to 1000, not {self.inertia_scale}")
-        if not 0.0 <= self.servo_noise < math.inf:
-            raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
-        for what, ratio in (
-            (
-                "control_period must be a whole number of time steps",
-                self.control_period / self.timestep,
-            ),
-            ("1 s must be a whole number of control periods", 1.0 / self.control_period),
-        ):
-            if not 1.0 <= ratio <= MOST_PARTS or abs(ratio - round(ratio)) > 1e-6:
-                raise InvalidData(
-                    f"physics: {what}, {MOST_PARTS} at most; timestep is {self.timestep:.9g} s,"
-                    f" control_period {self.control_period:.9g} s"
-                )
-
-    @property
-    def steps_per_control(self) -> int:
-        """Time steps between two controller updates."""
-        return round(self.control_period / self.timestep)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -234,28 +174,6 @@ def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:
     return spec.compile()
 
 
-@functools.cache
-def body_fingerprint() -> str:
-    """Return a hash of how bodies are modelled, apart from what ``Physics`` says.
-
-    Two versions of the program whose fingerprints differ simulate the same robot differently.
-    """
-    physics = Physics(
-        timestep=0.0025,
-        control_period=0.02,
-        inertia_scale=10.0,
-        rod_inertia=3.0,
-        friction=0.5,
-        impratio=100.0,
-        contact_time=0.02,
-        contact_damping=1.0,
-        servo_noise=t.SERVO_NOISE,
-    )
-    spec = build_spec(Morphology(5, (1, 2, 3)), physics=physics)
-    spec.compile()
-    return hashlib.sha256(spec.to_xml().encode()).hexdigest()[:12]
-
-
 def _set_options(spec: mujoco.MjSpec, physics: Physics, gravity: bool) -> None:
     spec.option.timestep = physics.timestep
     spec.option.gravity = [0.0, 0.0, -GRAVITY / physics.inertia_scale if gravity else 0.0]
@@ -368,3 +286,22 @@ def _add_joint(rods: _Rods, i: int, faces: Sequence[int]) -> None:
         link.wrap_site(rods.add_site(i, t.rod_of(a), t.NODES[a]))
         link.wrap_site(rods.add_site(i + 1, t.rod_of(b), t.NODES[b]))
         spec.add_exclude(bodyname1=f"m{i}_rod{t.rod_of(a)}", bodyname2=f"m{i + 1}_rod{t.rod_of(b)}")
+
+
+def xml_with_state(spec: mujoco.MjSpec, name: str, state: np.ndarray) -> str:
+    """Return MJCF that compiles to the same numbers, bit for bit, with a state as a keyframe.
+
+    Args:
+        spec: of the model; the keyframe is added to it.
+        name: of the keyframe; the solver's starting point is the numeric ``{name}_qacc_warmstart``.
+        state: (n,) a complete state (``mjSTATE_INTEGRATION``) of the compiled model.
+    """
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    spec.add_key(name=name, time=data.time, qpos=data.qpos, qvel=data.qvel, ctrl=data.ctrl)
+    # a keyframe has no place for the solver's starting point, without which motions drift apart
+    spec.add_numeric(name=f"{name}_qacc_warmstart", data=data.qacc_warmstart, size=model.nv)
+    # compiled values are saved with six digits, values as written in the spec with all
+    spec.compiler.savecompiled = False
+    return spec.to_xml()

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import importlib.metadata
 import platform
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, Self
 
+from engine.body import module as t
+from engine.body.morphology import Morphology
 from engine.errors import InvalidData
+from engine.simulation.model import build_spec
+from engine.simulation.physics import Physics
+from engine.tasks import task_version
 
 _CPUINFO: Final = Path("/proc/cpuinfo")
 _SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
@@ -102,3 +108,45 @@ def instruction_sets() -> set[str]:
 def _simd() -> str:
     found = instruction_sets()
     return " ".join(name for name in _SIMD if name in found)
+
+
+@functools.cache
+def body_fingerprint() -> str:
+    """Return a hash of how bodies are modelled, apart from what ``Physics`` says.
+
+    Two versions of the program whose fingerprints differ simulate the same robot differently.
+    """
+    physics = Physics(
+        timestep=0.0025,
+        control_period=0.02,
+        inertia_scale=10.0,
+        rod_inertia=3.0,
+        friction=0.5,
+        impratio=100.0,
+        contact_time=0.02,
+        contact_damping=1.0,
+        servo_noise=t.SERVO_NOISE,
+    )
+    spec = build_spec(Morphology(5, (1, 2, 3)), physics=physics)
+    spec.compile()
+    return hashlib.sha256(spec.to_xml().encode()).hexdigest()[:12]
+
+
+def versions(task: str = "") -> dict[str, str]:
+    """Return the versions of what decides a run's outcome.
+
+    Args:
+        task: the run's; if it comes from a file of the user's, its hash is one of them.
+    """
+    packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
+    found = {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "physics": body_fingerprint(),
+    }
+    for p in packages:
+        try:
+            found[p] = importlib.metadata.version(p)
+        except importlib.metadata.PackageNotFoundError:
+            found[p] = "unknown"
+    return found | task_version(task)

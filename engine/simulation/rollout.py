@@ -21,10 +21,11 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.simulation.batch import Observer, SimulationBatch
-from engine.simulation.history import Failure
-from engine.simulation.model import Physics, RobotModel, build_robot, face_rods, with_walls
-from engine.tasks import SETTLE_TIME, TRIAL_TIME, Frame, Task, View, scores, sensed
+from engine.simulation.batch import BatchObserver, SimulationBatch
+from engine.simulation.divergence import Failure
+from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
+from engine.simulation.physics import Physics
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
 OPEN_LOOP_TIME: Final = 10.0
@@ -89,7 +90,7 @@ def settle(
     physics: Physics,
     n_threads: int = 1,
     duration: float = SETTLE_TIME,
-    observer: Observer | None = None,
+    observer: BatchObserver | None = None,
 ) -> SimulationBatch:
     """Drop robots of one size and let them come to rest, servos off."""
     sim = SimulationBatch(robots, copies=1, physics=physics, n_threads=n_threads)
@@ -188,7 +189,7 @@ class ClosedLoop:
         self._physics = physics
         self._task = task
         self._sensor = HeadSensor(heads)
-        self._frame = Frame.of(*self._sensor.faces(settled))
+        self._frame = GroundFrame.of(*self._sensor.faces(settled))
         self._obstacles = Obstacles(walls)
         self.walls = [
             [self._frame.place(r, w) if ok else w for w in walls] for r, ok in enumerate(settled.alive[:, 0])
@@ -245,7 +246,7 @@ class ClosedLoop:
         command = np.take_along_axis(command, self._order[:, None], axis=2)
         self.sim.step(servo.target_lengths(command) + self._noise.next())
 
-    def run(self, duration: float = TRIAL_TIME, observer: Observer | None = None) -> list[Trials]:
+    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[Trials]:
         """Run to the end and return one result per robot."""
         per_second = round(1.0 / self._physics.control_period)
         path = [self.head()]

@@ -16,8 +16,10 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, Neat
-from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics, body_fingerprint
+from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
+from engine.simulation.physics import Physics
+from engine.simulation.provenance import body_fingerprint
+from engine.simulation.trials import TrialConfig
 from engine.tasks import GOAL_REACHING
 
 FILE: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"

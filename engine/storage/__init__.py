@@ -1,1 +1,12 @@
-"""storage."""
+"""The run file: its layout, one writer, many readers, repair. A run is locked here.
+
+Files may come from strangers: what is read is checked, and nothing is unpickled. Read in this order:
+
+- ``schema``: the tables, the format's version, the names of files beside a run.
+- ``rows``: evaluations, generations and ancestors as rows, and back.
+- ``lock``: who writes a run.
+- ``writer``: the one process that writes it.
+- ``database``: opening one to read. ``reader``: what it holds, finished or live.
+- ``check``: what is wrong with a file. ``migration``: a copy of an older format in the present one.
+- ``salvage``, ``salvaged_tables``: what is left of a damaged file. ``recovery``: a new file from that.
+"""

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from engine.errors import TensAtlasError, one_line
-from engine.runs.evolve import changed_versions
 from engine.storage.database import connect
 from engine.storage.lock import holder_of, lock_path
-from engine.storage.reader import RunReader
+from engine.storage.reader import RunReader, changed_versions
 from engine.storage.rows import digest
 from engine.storage.salvage import salvage
 from engine.storage.schema import FORMAT_VERSION

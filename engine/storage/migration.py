@@ -16,8 +16,8 @@ from engine.errors import RunFileError
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
 from engine.storage.rows import digest
-from engine.storage.schema import DIGESTS, FORMAT_VERSION, ORIGINS
-from engine.storage.writer import SUFFIX, sync_folder, unwritable
+from engine.storage.schema import DIGESTS, FORMAT_VERSION, ORIGINS, SUFFIX
+from engine.storage.writer import sync_folder, unwritable
 
 
 def migrate(path: Path, out: Path) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
@@ -10,16 +9,15 @@ from pathlib import Path
 from typing import Any, Self
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, from_json
+from engine.config import RunConfig, from_json, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
-from engine.search.archive import Cell
+from engine.files import compact_json
+from engine.search.archive import Cell, cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.provenance import Computer
+from engine.simulation.provenance import Computer, versions
 from engine.storage.database import Damage, RunDatabase
-from engine.storage.generations import Generation, Summary, finite
-from engine.storage.lineage import Ancestor
 from engine.storage.lock import is_being_written
-from engine.storage.rows import dump, from_row, parse_cell
+from engine.storage.rows import Ancestor, Generation, Summary, finite, from_row
 from engine.tasks import get_task, task_version
 
 
@@ -135,6 +133,28 @@ class RunReader:
         )
         with self.guard():
             return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+
+    def elite_at(self, archive: str, cell: Cell) -> int:
+        """Return the number of the evaluation that a cell holds after the last closed generation.
+
+        Raises:
+            RunFileError: there is no closed generation yet, or it has no such archive.
+            InvalidData: the cell is empty or lies outside the map.
+        """
+        last = self.last_closed()
+        if last is None:
+            raise RunFileError(f"{self.path} has no {archive} archive yet")
+        if archive not in last.archives:
+            found = " and ".join(last.archives)
+            raise RunFileError(f"{self.path} has no {archive} archive; choose with --archive: {found}")
+        shape = tuple(a.n for a in last.archives[archive].axes)
+        if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
+            limits = ", ".join(f"0..{n - 1}" for n in shape)
+            raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
+        placed = self.placements(archive, last.number)
+        if cell not in placed:
+            raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
+        return placed[cell]
 
     def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
         """Return every change of an archive in order: generation, cell, its new evaluation or None."""
@@ -287,17 +307,17 @@ class RunReader:
         """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
         digest = hashlib.sha256()
         with self.guard():
-            digest.update(dump(dataclasses.asdict(self.config)).encode())
+            digest.update(compact_json(to_json(self.config)).encode())
             for row in self._db.query("SELECT * FROM evaluations ORDER BY number"):
                 values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
-                digest.update(dump(values).encode())
+                digest.update(compact_json(values).encode())
             for query in (
                 "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
                 "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
                 "SELECT generation, algorithm FROM state",
             ):
                 for row in self._db.query(query):
-                    digest.update(dump(list(row)).encode())
+                    digest.update(compact_json(list(row)).encode())
         return digest.hexdigest()
 
     def guard(self) -> Damage:
@@ -330,3 +350,20 @@ def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
         raise InvalidData("expected a table of names and texts")
     return {str(k): str(v) for k, v in data.items()}
+
+
+def changed_versions(path: Path) -> list[str]:
+    """Return what differs between the versions that started a run and those that would go on with it.
+
+    Raises:
+        RunFileError: the file is no run file or is damaged.
+    """
+    with RunReader(path) as reader:
+        # the first files did not say how their bodies were modelled
+        before = {"physics": "unknown"} | reader.versions
+        now_installed = versions(reader.config.task)
+    return [
+        f"{name} {before[name]} -> {now}"
+        for name, now in now_installed.items()
+        if name in before and before[name] != now and name != "python"
+    ]

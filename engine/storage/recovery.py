@@ -17,12 +17,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import RunFileError
-from engine.runs.evolve import create_algorithm, statistics
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.lock import holder_of, is_being_written
-from engine.storage.rows import digest
+from engine.storage.rows import digest, statistics
 from engine.storage.salvaged_tables import SalvagedTables
 from engine.storage.writer import RunWriter
 from engine.tasks import get_task

@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import math
+import sqlite3
 import struct
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final, Self
 
 import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, InvalidData
-from engine.search.archive import Cell
+from engine.files import compact_json
+from engine.search.algorithm import Snapshot
+from engine.search.archive import GridArchive
+from engine.search.axes import Axis
 from engine.simulation.evaluation import Evaluation, Solution
-
-
-def cell_name(cell: Cell) -> str:
-    """Return a cell as written on the command line and in a run file: ``i,j``."""
-    return ",".join(map(str, cell))
-
-
-def parse_cell(text: str) -> Cell:
-    """Read ``i,j`` back.
-
-    Raises:
-        InvalidData: it is not whole numbers separated by commas.
-    """
-    parts = text.split(",")
-    if not all(p.strip().isdecimal() and len(p) < 10 for p in parts):
-        raise InvalidData(f"a cell is written like 3,7, not {text!r}")
-    return tuple(int(p) for p in parts)
 
 
 def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
@@ -41,13 +29,13 @@ def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
     return (
         s.number,
         generation,
-        dump(s.morphology.to_json()),
-        dump(s.controller.to_json()),
+        compact_json(s.morphology.to_json()),
+        compact_json(s.controller.to_json()),
         s.parent,
         s.operator,
         s.source,
         e.fitness,
-        dump(_finite(e.distances)),
+        compact_json(_finite(e.distances)),
         e.trajectory.astype("<f4").tobytes(),
         int(e.head_is_end),
         e.failure,
@@ -114,11 +102,166 @@ def digest(row: Sequence[Any]) -> bytes:
     return found.digest()
 
 
-def dump(value: Any) -> str:
-    """Return compact JSON; floats survive the trip exactly."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
-
 def _finite(values: np.ndarray) -> list[list[float | None]]:
     """Return nested lists, None for what a diverged simulation left undefined."""
     return [[float(v) if math.isfinite(v) else None for v in row] for row in values]
+
+
+MAX_CELLS_PER_AXIS: Final = 200
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ArchiveFigures:
+    """An archive at the end of a generation; lengths in m.
+
+    Attributes:
+        best, mean: of the elites' f_s; None while the archive is empty.
+        qd_score: sum of f_s over filled cells.
+        coverage: filled over all cells.
+        axes: what the cells mean.
+    """
+
+    best: float | None
+    mean: float | None
+    qd_score: float
+    coverage: float
+    axes: tuple[Axis, ...]
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read figures as a run file holds them.
+
+        Raises:
+            InvalidData: an axis or a number is impossible; other errors of ``UNEXPECTED_DATA`` if it is
+                something else altogether.
+        """
+        return cls(
+            best=None if data["best"] is None else finite(data["best"]),
+            mean=None if data["mean"] is None else finite(data["mean"]),
+            qd_score=finite(data["qd_score"]),
+            coverage=finite(data["coverage"]),
+            axes=tuple(map(_axis, data["axes"])),
+        )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Generation:
+    """A closed generation.
+
+    Attributes:
+        number: counts from 0.
+        n_evaluations, n_failed: of the run so far.
+        archives: by name.
+        seconds: computing time of the run so far.
+    """
+
+    number: int
+    n_evaluations: int
+    n_failed: int
+    archives: dict[str, ArchiveFigures]
+    seconds: float
+
+    @classmethod
+    def from_row(cls, row: sqlite3.Row) -> Self:
+        """Read a row of the table ``generations``.
+
+        Raises:
+            InvalidData: as ``ArchiveFigures.from_json``, and as it others.
+        """
+        return cls(
+            number=int(row["generation"]),
+            n_evaluations=int(row["n_evaluations"]),
+            n_failed=int(row["n_failed"]),
+            archives={k: ArchiveFigures.from_json(v) for k, v in json.loads(row["archives"]).items()},
+            seconds=float(row["seconds"]),
+        )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Summary:
+    """What a map shows of an evaluation: its generation, its fitness in m, its body."""
+
+    generation: int
+    fitness: float
+    morphology: Morphology
+
+    @classmethod
+    def from_row(cls, row: sqlite3.Row) -> Self:
+        """Read generation, fitness and morphology of a row of the table ``evaluations``.
+
+        Raises:
+            InvalidData: as ``ArchiveFigures.from_json``, and as it others.
+        """
+        return cls(
+            generation=int(row["generation"]),
+            fitness=finite(row["fitness"]),
+            morphology=Morphology.from_json(json.loads(row["morphology"])),
+        )
+
+
+def _axis(data: Any) -> Axis:
+    axis = Axis(str(data["name"]), finite(data["lower"]), finite(data["upper"]), int(data["n"]))
+    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
+        raise InvalidData(f"an archive's axis is impossible: {axis}")
+    return axis
+
+
+def finite(value: Any) -> float:
+    """Return a number of a file as a float.
+
+    Raises:
+        InvalidData: it is infinite or not a number.
+    """
+    number = float(value)
+    if not math.isfinite(number):
+        raise InvalidData(f"expected a finite number, not {value!r}")
+    return number
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ancestor:
+    """One robot of a lineage.
+
+    Attributes:
+        number: of its evaluation.
+        parent: number of the robot that it descends from, None for a random one.
+        generation: of its evaluation.
+        operator: how it came about, as in ``Solution``.
+        fitness: in m, None if a simulation failed.
+        morphology: its body.
+    """
+
+    number: int
+    parent: int | None
+    generation: int
+    operator: str
+    fitness: float | None
+    morphology: Morphology
+
+    @property
+    def is_founder(self) -> bool:
+        """Whether it descends from nobody: its genes were drawn at random."""
+        return self.parent is None
+
+
+def statistics(algorithm: Snapshot, initial_distance: float) -> dict[str, Any]:
+    """Return the JSON-ready figures of an algorithm's archives, as ``reader.ArchiveFigures`` has them."""
+    return {
+        name: {
+            **archive_figures(archive, initial_distance),
+            "axes": [dataclasses.asdict(a) for a in algorithm.axes(name)],
+        }
+        for name, archive in algorithm.archives.items()
+    }
+
+
+def archive_figures(archive: GridArchive, initial_distance: float) -> dict[str, float | None]:
+    """Return best and mean f_s, QD score (m) and coverage of an archive."""
+    best: Evaluation | None = archive.best()
+    qd_score = archive.qd_score(initial_distance)
+    return {
+        "best": None if best is None or best.fitness is None else initial_distance - best.fitness,
+        "mean": qd_score / len(archive) if len(archive) else None,
+        "qd_score": qd_score,
+        "coverage": archive.coverage,
+    }

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Final
+
+SUFFIX: Final = ".tsmr"
 
 APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
@@ -94,3 +97,8 @@ COLUMNS: Final = {
     "state": "id generation algorithm",
 }
 """Of the tables that a run of every format has, in their order."""
+
+
+def failures_folder(path: Path) -> Path:
+    """Return the folder beside a run file where the dumps of its failed simulations are kept."""
+    return path.with_name(f"{path.stem}.failures")

@@ -20,14 +20,14 @@ from typing import Any, Final, Self
 
 from engine.config import RunConfig, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError
-from engine.search.snapshot import Snapshot
+from engine.search.algorithm import Snapshot
+from engine.search.archive import cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer, Origin
 from engine.storage.lock import RunLock, is_being_written, lock_path
-from engine.storage.rows import cell_name, digest, from_row, to_row
-from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
+from engine.storage.rows import digest, from_row, to_row
+from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, SUFFIX, TABLES
 
-SUFFIX: Final = ".tsmr"
 LOG_LIMIT: Final = 8 * 1024 * 1024
 """Bytes to which the write-ahead log is cut back when all readers have let go of it."""
 CLOSE_PATIENCE: Final = 2000

@@ -1,6 +1,14 @@
-"""Tasks: what the world holds, what a controller senses, how a final state scores.
+"""What the world holds, what a controller senses, how a trial scores.
 
-A task's own file needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how.
+A task file of a user's own needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how to
+write one. Read in this order:
+
+- ``task``: what a task is, its checks, and the fitness of a robot.
+- ``view``: what a task sees of the simulations at one moment.
+- ``walls``: boxes that stand in a world, and distances to them.
+- ``goal_reaching``, ``squeezing``: the two published tasks.
+- ``loading``: finds a task by its name, and loads those that users write.
+- ``watchdog``, ``onlooker``: bound the time that a user's function may take, from inside and from outside.
 """
 
 from engine.tasks.goal_reaching import GOAL_REACHING
@@ -18,7 +26,7 @@ from engine.tasks.task import (
     target_offsets,
     worlds,
 )
-from engine.tasks.view import Frame, View, distance_and_bearing
+from engine.tasks.view import GroundFrame, View, distance_and_bearing
 from engine.tasks.walls import Wall
 
 __all__ = [
@@ -28,7 +36,7 @@ __all__ = [
     "SQUEEZING",
     "TASKS_VARIABLE",
     "TRIAL_TIME",
-    "Frame",
+    "GroundFrame",
     "Task",
     "View",
     "Wall",

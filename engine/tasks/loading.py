@@ -22,7 +22,7 @@ from engine.errors import InvalidData, TaskError, UnknownTask
 from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.squeezing import SQUEEZING
 from engine.tasks.task import Task, describe, scores, sensed, target_offsets, worlds
-from engine.tasks.view import Frame, View
+from engine.tasks.view import GroundFrame, View
 from engine.tasks.walls import Obstacles
 from engine.tasks.watchdog import TooLong, time_limit
 
@@ -146,7 +146,7 @@ def made_up_view(task: Task, n_modules: int) -> View:
         front=front,
         rear=front - facing,
         target=np.broadcast_to(targets, front.shape),
-        frame=Frame(np.zeros((3, 1, 2)), np.broadcast_to(np.eye(2), (3, 1, 2, 2))),
+        frame=GroundFrame(np.zeros((3, 1, 2)), np.broadcast_to(np.eye(2), (3, 1, 2, 2))),
         obstacles=obstacles,
         time=1.0,
         rods=lambda: np.broadcast_to(centres, (*front.shape[:2], n_modules, 6, 3)),

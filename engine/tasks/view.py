@@ -13,7 +13,7 @@ from engine.tasks.walls import Obstacles, Wall
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class GroundFrame:
     """The settled heads' frames on the ground: x where the head pointed, y to its left.
 
     A target and walls are placed in it, so a robot always starts at the origin, facing along x. On a
@@ -28,7 +28,7 @@ class Frame:
     axes: np.ndarray
 
     @classmethod
-    def of(cls, front: np.ndarray, rear: np.ndarray) -> Frame:
+    def of(cls, front: np.ndarray, rear: np.ndarray) -> GroundFrame:
         """Return the frames of heads whose front and rear faces are at (robots, 1, 2)."""
         ahead = front - rear
         ahead = ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
@@ -67,7 +67,7 @@ class View:
     """Simulations at one moment. What is not asked for is not computed.
 
     Arrays begin with (robots, copies): every robot is simulated in several copies, one for each target
-    and repeat. Lengths are in m. Positions are in the settled head's frame (``Frame``): the trial began
+    and repeat. Lengths are in m. Positions are in the settled head's frame (``GroundFrame``): the trial began
     with the head at the origin, facing along x; y is to the left, z up from the ground.
 
     Args:
@@ -86,7 +86,7 @@ class View:
         front: np.ndarray,
         rear: np.ndarray,
         target: np.ndarray,
-        frame: Frame,
+        frame: GroundFrame,
         obstacles: Obstacles,
         time: float,
         rods: Callable[[], np.ndarray],

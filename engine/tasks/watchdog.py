@@ -1,8 +1,8 @@
 """A limit on the time that a function of a user's own task takes: one that hangs must not hang a run.
 
 A timer interrupts Python code in the main thread. A call into a library may not come back to Python at
-all; then a small process of its own, which looks on from outside, says so and ends this one. A run file
-bears that at any moment. In other threads, where replays in the app are computed, there is no limit.
+all; then ``onlooker``, a small process, says so and ends this one. A run file survives that at any moment.
+Other threads, in which the app computes replays, have no limit.
 """
 
 from __future__ import annotations
@@ -20,36 +20,13 @@ import threading
 from collections.abc import Iterator
 from typing import Any, Final
 
+from engine.tasks import onlooker
+
 TIMEOUT_VARIABLE: Final = "TENSATLAS_TASK_TIMEOUT"
 """Environment variable with the limit in seconds; 0 for none."""
 DEFAULT_TIMEOUT: Final = 60.0
 TICK: Final = 0.5
 """Seconds between two looks from outside."""
-_TEXT: Final = slice(8, 1024)
-
-_LOOK_ON = """
-import mmap, os, select, signal, struct, sys
-signal.signal(signal.SIGINT, signal.SIG_IGN)
-descriptor, pid, limit, tick = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4])
-shared = mmap.mmap(descriptor, 1024)
-def is_stopped():
-    try:
-        with open(f"/proc/{pid}/stat") as f:
-            return f.read().rpartition(")")[2].split()[0] in "Tt"
-    except OSError:
-        return False
-before, waited = 0, 0.0
-while not select.select([sys.stdin], [], [], tick)[0]:
-    call = struct.unpack_from("q", shared)[0]
-    # an odd number is a call under way; what is stopped with Ctrl-Z has all the time
-    waited = waited + tick if call % 2 and call == before and not is_stopped() else 0.0
-    before = call
-    if waited >= limit:
-        text = shared[8:1024].split(b"\\0")[0].decode(errors="replace")
-        print(f"tensatlas: {text} and cannot be interrupted. What was finished is saved", file=sys.stderr)
-        os.kill(pid, signal.SIGKILL)
-        break
-"""
 
 
 class TooLong(BaseException):
@@ -62,12 +39,12 @@ class _Onlooker:
     def __init__(self, limit: float) -> None:
         self.pid, self.limit = os.getpid(), limit
         with tempfile.TemporaryFile() as f:
-            f.truncate(1024)
-            self._shared = mmap.mmap(f.fileno(), 1024)
+            f.truncate(onlooker.SIZE)
+            self._shared = mmap.mmap(f.fileno(), onlooker.SIZE)
             arguments = [str(f.fileno()), str(self.pid), str(limit), str(TICK)]
             # its standard input ends with this process
             self._process = subprocess.Popen(
-                [sys.executable, "-I", "-S", "-c", _LOOK_ON, *arguments],
+                [sys.executable, "-I", "-S", onlooker.__file__, *arguments],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 pass_fds=[f.fileno()],
@@ -75,7 +52,8 @@ class _Onlooker:
         self._n = 0
 
     def begin(self, text: bytes) -> None:
-        self._shared[_TEXT] = text[:1000].ljust(1016, b"\0")
+        size = onlooker.SIZE - onlooker.TEXT.start
+        self._shared[onlooker.TEXT] = text[: size - 1].ljust(size, b"\0")
         self._count()
 
     def end(self) -> None:
@@ -116,9 +94,9 @@ def time_limit(where: str) -> Iterator[None]:
     ):
         yield
         return
-    onlooker = _get_onlooker(1.5 * limit + 5.0)
+    observed = _get_onlooker(1.5 * limit + 5.0)
     before = signal.signal(signal.SIGALRM, _interrupt)
-    onlooker.begin(f"{where} has not returned after {onlooker.limit:.0f} s".encode())
+    observed.begin(f"{where} has not returned after {observed.limit:.0f} s".encode())
     # again and again, for code that catches everything
     signal.setitimer(signal.ITIMER_REAL, limit, 1.0)
     try:
@@ -127,7 +105,7 @@ def time_limit(where: str) -> Iterator[None]:
         try:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         finally:  # the timer may strike at this very moment
-            onlooker.end()
+            observed.end()
             signal.signal(signal.SIGALRM, before)
 
 

@@ -1,4 +1,4 @@
-"""Evaluations as they are finished, of solutions submitted at any time."""
+"""Who evaluates solutions: an ``Evaluator`` a group at once, an ``EvaluationQueue`` whatever is submitted."""
 
 from __future__ import annotations
 
@@ -6,12 +6,22 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
-from engine.simulation.evaluation import Evaluation, Evaluator, Solution
+from engine.config import RunConfig
+from engine.simulation.evaluation import Evaluation, FailureKeeper, LocalEvaluator, Solution
 from engine.simulation.provenance import Origin, this_computer
+from engine.tasks import get_task
 
 
-class Stream(Protocol):
-    """Takes solutions and gives back evaluations, in any order."""
+class Evaluator(Protocol):
+    """Computes evaluations, on this machine or elsewhere."""
+
+    def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
+        """Yield the evaluations of all solutions in groups, in whatever order they are finished."""
+        ...
+
+
+class EvaluationQueue(Protocol):
+    """Takes solutions at any time and gives back their evaluations, in any order."""
 
     def submit(self, solutions: Sequence[Solution]) -> None:
         """Have solutions evaluated after those submitted before."""
@@ -26,8 +36,8 @@ class Stream(Protocol):
         ...
 
 
-class LocalStream:
-    """The evaluations of an evaluator of this process, which begins with each submission after the last.
+class LocalQueue:
+    """Has an evaluator of this process begin with each submission after the last.
 
     Args:
         evaluator: that computes.
@@ -55,3 +65,23 @@ class LocalStream:
     def origin(self, number: int) -> Origin:  # noqa: ARG002
         """Return this computer; its threads work together, so that nobody knows an evaluation's share."""
         return Origin(this_computer())
+
+
+def create_evaluator(
+    config: RunConfig, n_threads: int = 1, keep_failure: FailureKeeper | None = None
+) -> LocalEvaluator:
+    """Return an evaluator of a run's solutions on this machine's threads.
+
+    Args:
+        config: of the run.
+        n_threads: that simulate.
+        keep_failure: called once for every evaluation in which a simulation failed.
+    """
+    return LocalEvaluator(
+        task=get_task(config.task),
+        physics=config.physics,
+        trials=config.trials,
+        run_seed=config.seed,
+        n_threads=n_threads,
+        keep_failure=keep_failure,
+    )

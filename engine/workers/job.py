@@ -18,8 +18,7 @@ import numpy as np
 from engine.config import RunConfig
 from engine.errors import ClusterError, TaskError
 from engine.simulation.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
-from engine.simulation.model import body_fingerprint
-from engine.simulation.provenance import Origin, this_computer
+from engine.simulation.provenance import Origin, body_fingerprint, this_computer
 from engine.tasks import BUILT_IN, get_task, load_task, task_version
 
 

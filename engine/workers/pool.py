@@ -46,7 +46,7 @@ class Workers(Protocol):
         ...
 
 
-class PoolEvaluator:
+class PoolQueue:
     """Evaluates solutions one by one on workers; lost ones are repeated.
 
     Args:

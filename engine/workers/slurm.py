@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from engine.errors import ClusterError, InvalidData
-from engine.toml_file import read_toml
+from engine.files import read_toml
 from engine.workers.dask_workers import EXTRA, report_deaths
 
 _FIELDS: Final[dict[str, type]] = {

@@ -13,8 +13,7 @@ from benchmarks import explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
-from engine.simulation.model import Physics
-from engine.simulation.timestep import with_inertia
+from engine.simulation.physics import Physics, with_inertia
 
 
 def test_simulation(capsys: pytest.CaptureFixture[str]) -> None:

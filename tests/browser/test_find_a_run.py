@@ -10,8 +10,8 @@ from pathlib import Path
 from playwright.sync_api import FilePayload, Page, expect
 
 from app.server.server import serve
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 from tests.support.processes import free_port
 
 Visit = Callable[[str], Page]

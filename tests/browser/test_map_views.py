@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from app.server.server import serve
-from engine.search.projection import project
+from engine.search.axes import project
 from engine.storage.reader import RunReader
 from tests.support.widgets import choose
 from viz.maps.nested import Geometry

@@ -13,10 +13,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.server import serve
-from engine.config import RunConfig
-from engine.runs.evolve import create_algorithm, create_evaluator, statistics
+from engine.config import RunConfig, create_algorithm
 from engine.storage.reader import RunReader
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
+from engine.workers.evaluator import create_evaluator
 from tests.support.widgets import choose, field_of
 
 pytestmark = pytest.mark.browser

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
 
 from app.server.server import serve
-from engine.config import RunConfig
+from engine.config import RunConfig, replaced
 from engine.runs import evolve as run
 from engine.storage.reader import RunReader
 from tests.support.widgets import field_of
@@ -25,9 +24,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture
 def squeezing_run(small_config: RunConfig, workplace: Path) -> Path:
     path = workplace / "squeezing.tsmr"
-    run.evolve(
-        path, dataclasses.replace(small_config, task="squeezing", evaluations=6, initial=6), n_threads=2
-    )
+    run.evolve(path, replaced(small_config, task="squeezing", evaluations=6, initial=6), n_threads=2)
     return path
 
 

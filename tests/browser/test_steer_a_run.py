@@ -57,7 +57,7 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             expect(page.locator(".ta-run b")).to_have_text("mine")
             expect(page.locator(".ta-status")).to_contain_text("live")
             with RunReader(run) as reader:
-                assert (reader.config.batch_size, reader.config.initial) == (2, 4)
+                assert (reader.config.map_search.batch_size, reader.config.map_search.initial) == (2, 4)
                 assert reader.config.evaluations == 400
             expect(page.locator(".ta-progress")).to_contain_text(re.compile(r"of 400 .* per .* left"))
             page.get_by_role("button", name="Pause", exact=True).click()

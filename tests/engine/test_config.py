@@ -5,20 +5,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.config import PRESETS, RunConfig, from_json, physics_from_json, preset, to_json
+from engine.config import (
+    PRESETS,
+    RunConfig,
+    create_algorithm,
+    from_json,
+    physics_from_json,
+    preset,
+    replaced,
+    to_json,
+)
 from engine.errors import InvalidData
-from engine.runs.evolve import create_algorithm
 from engine.search.vie_neat import VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
-from engine.simulation.timestep import with_inertia
+from engine.simulation.physics import Physics, with_inertia
+from engine.simulation.trials import TrialConfig
 from tests.support.made_up import examples
 
 NAN, INF = float("nan"), float("inf")
 positive = st.floats(1e-3, 1e3)
 whole_periods = st.integers(0, 5000).map(lambda n: 0.02 * n)
 configs = st.builds(
-    RunConfig,
+    lambda **fields: replaced(RunConfig(), **fields),
     evaluations=st.integers(100, 10**6),
     initial=st.integers(2, 100),
     batch_size=st.integers(1, 50).map(lambda n: 2 * n),
@@ -63,8 +70,8 @@ def test_json_round_trip_is_lossless(config):
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
     assert c == RunConfig()
-    assert (c.evaluations, c.initial, c.batch_size) == (45_000, 1080, 24)
-    assert c.refit_generations == (0, 50, 150, 350, 750, 1550)
+    assert (c.evaluations, c.map_search.initial, c.map_search.batch_size) == (45_000, 1080, 24)
+    assert c.map_search.refit_generations == (0, 50, 150, 350, 750, 1550)
     assert c.trials.repeats == 2
     assert (c.trials.settle_time, c.trials.open_loop_time, c.trials.trial_time) == (3.0, 10.0, 40.0)
     assert c.physics.servo_noise == 0.00035
@@ -72,9 +79,9 @@ def test_the_paper_preset_is_the_published_experiment():
 
 
 def test_a_deep_grid_is_dm_me_s():
-    assert dataclasses.replace(preset("paper"), cell_capacity=50).algorithm == "dm-me"
+    assert replaced(preset("paper"), cell_capacity=50).algorithm == "dm-me"
     with pytest.raises(InvalidData, match="cell_capacity above 1 is for dm-me only; map-elites has no"):
-        RunConfig(algorithm="map-elites", cell_capacity=50)
+        replaced(RunConfig(), algorithm="map-elites", cell_capacity=50)
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -82,7 +89,7 @@ def test_a_deep_grid_is_dm_me_s():
 def test_presets_are_for_every_algorithm(name, options):
     config = dataclasses.replace(preset(name), **options)
     assert from_json(json.loads(json.dumps(to_json(config)))) == config
-    assert len(create_algorithm(config).ask()) == config.initial
+    assert len(create_algorithm(config).ask()) == config.map_search.initial
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -207,4 +214,4 @@ def test_steps_of_next_to_nothing_are_refused(field, value):
 )
 def test_contradictions_are_refused(changes):
     with pytest.raises(InvalidData):
-        dataclasses.replace(RunConfig(), **changes)
+        replaced(RunConfig(), **changes)

@@ -16,15 +16,15 @@ import pytest
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.config import from_json, preset
+from engine.config import from_json, preset, replaced
 from engine.control.genome import Controller
 from engine.errors import ExportError, RunFileError
 from engine.export import export_files, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
+from engine.files import zip_bytes
 from engine.runs.evolve import evolve
 from engine.simulation.model import build_robot
 from engine.storage.reader import RunReader
-from engine.zip_file import zip_bytes
 
 NAMES = {
     "README.md",
@@ -41,7 +41,7 @@ def reader(tmp_path_factory):
     path = tmp_path_factory.mktemp("export") / "tiny.tsmr"
     evolve(
         path,
-        dataclasses.replace(preset("smoke"), evaluations=4, initial=3, batch_size=2),
+        replaced(preset("smoke"), evaluations=4, initial=3, batch_size=2),
         n_threads=1,
     )
     with RunReader(path) as r:

@@ -49,7 +49,7 @@ def write(writer, numbers, solution):
 
 def test_the_log_stays_small_beside_our_readers_and_recovers_from_others(tmp_path):
     path = tmp_path / "run.tsmr"
-    solution = engine.runs.evolve.create_algorithm(MADE_UP).ask()[0]
+    solution = engine.config.create_algorithm(MADE_UP).ask()[0]
     with RunWriter.create(path, MADE_UP, {}) as writer, RunReader(path) as reader:
         for i in range(100):
             write(writer, range(40 * i, 40 * i + 40), solution)

@@ -15,10 +15,10 @@ PREAMBLE = """
 import dataclasses, sys
 from pathlib import Path
 import engine.runs.evolve
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from tests.support.made_up import MADE_UP, TINY, MadeUpEvaluator
 engine.runs.evolve.create_evaluator = lambda *_: MadeUpEvaluator()
-SMALL = dataclasses.replace(MADE_UP, evaluations=44, refit_generations=(0, 2))
+SMALL = replaced(MADE_UP, evaluations=44, refit_generations=(0, 2))
 path = Path(sys.argv[1])
 """
 

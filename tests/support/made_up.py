@@ -9,15 +9,17 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, preset
+from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
-from engine.simulation.evaluation import Evaluation, Solution, TrialConfig
-from engine.tasks import Frame, View
+from engine.search.map_search import MapSearchConfig
+from engine.simulation.evaluation import Evaluation, Solution
+from engine.simulation.trials import TrialConfig
+from engine.tasks import GroundFrame, View
 from engine.tasks.walls import Obstacles
 
 N_TARGETS, N_REPEATS, N_SECONDS = 4, 2, 40
 
-TINY = dataclasses.replace(
+TINY = replaced(
     preset("smoke"),
     evaluations=10,
     initial=6,
@@ -26,7 +28,7 @@ TINY = dataclasses.replace(
 )
 """A run of real simulations that takes seconds."""
 
-MADE_UP = RunConfig(evaluations=70, initial=20, batch_size=6, refit_generations=(0, 2, 5))
+MADE_UP = replaced(RunConfig(), evaluations=70, initial=20, batch_size=6, refit_generations=(0, 2, 5))
 """A run to be evaluated with made-up figures."""
 
 
@@ -73,14 +75,24 @@ def controllers(n_inputs=2):
     )
 
 
-SEARCH = {
-    "n_inputs": 2,
-    "n_initial": 12,
-    "batch_size": 6,
-    "refit_generations": (0, 2, 5),
-    "budget": 12 + 6 * 8,
-}
-"""A search in miniature: nine generations, fitted three times."""
+REFITS = (0, 2, 5)
+"""Generations of ``map_search`` at which standardiser and PCA are fitted."""
+
+
+def map_search(kind, seed, *, n_inputs=2, budget=12 + 6 * 8, **changes):
+    """Return a search of a kind in miniature: nine generations, fitted three times.
+
+    Args:
+        kind: the algorithm's class.
+        seed: of its draws.
+        n_inputs, budget: as it takes them.
+        changes: fields of ``MapSearchConfig`` and other arguments of the algorithm.
+    """
+    fields = {"initial": 12, "batch_size": 6, "refit_generations": REFITS} | changes
+    names = {f.name for f in dataclasses.fields(MapSearchConfig)}
+    config = MapSearchConfig(**{k: v for k, v in fields.items() if k in names})
+    others = {k: v for k, v in fields.items() if k not in names}
+    return kind(config, n_inputs=n_inputs, budget=budget, seed=seed, **others)
 
 
 def nothing_else(numbers):
@@ -174,7 +186,7 @@ def a_view(*, position, direction, target, walls=(), time=0.0, height=0.04):
         front=front,
         rear=front - facing,
         target=aim,
-        frame=Frame(np.zeros((1, 1, 2)), np.eye(2)[None, None]),
+        frame=GroundFrame(np.zeros((1, 1, 2)), np.eye(2)[None, None]),
         obstacles=Obstacles([walls]),
         time=time,
         rods=lambda: np.full((1, 1, 2, 6, 3), [*position, height]),

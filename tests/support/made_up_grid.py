@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from engine.runs.evolve import statistics
-from engine.search.algorithm import Axis
 from engine.search.archive import GridArchive
+from engine.search.axes import Axis
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation
 

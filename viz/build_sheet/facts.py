@@ -16,11 +16,10 @@ from engine.config import RunConfig
 from engine.errors import InvalidData
 from engine.export import Trial, robot_hash, robot_id
 from engine.fabrication.dimensions.joints import joints
-from engine.search.archive import Cell
+from engine.search.archive import Cell, cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 from engine.tasks import Task, get_task
 from viz.build_sheet.bodies import Body
 

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from engine.body.module import stiffness_n_per_m
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.search.axes import body_axes, cell_centre, trajectory_axes
+from engine.search.axes import Axis, body_axes, cell_centre, trajectory_axes
 
 TITLES: Final = {
     "stiffness": "relative stiffness",

@@ -11,9 +11,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
 from engine.analysis.robustness import load_robust_of, robust_path
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.search.axes import body_cell
+from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.maps import axis_labels as axis_text

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.storage.generations import Generation
+from engine.search.axes import Axis
 from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
 from engine.tasks import get_task
 
 

@@ -7,9 +7,8 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 
-from engine.search.algorithm import Axis
-from engine.search.archive import Cell
-from engine.storage.rows import cell_name
+from engine.search.archive import Cell, cell_name
+from engine.search.axes import Axis
 from viz import theme
 from viz.maps import axis_labels as axis_text
 from viz.maps.scale import Scale, bar

@@ -7,9 +7,8 @@ import re
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
-from engine.search.projection import project, section
+from engine.search.axes import Axis, project, section
 from viz.maps import axis_labels as axis_text
 from viz.maps.contents import Content
 

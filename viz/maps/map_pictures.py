@@ -6,8 +6,8 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
+from engine.search.axes import Axis
 from viz.maps import heatmap, nested
 from viz.maps.coloring import FITNESS, Coloring
 from viz.maps.contents import Content, Elite

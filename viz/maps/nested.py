@@ -17,9 +17,8 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping
 
-from engine.search.algorithm import Axis
-from engine.search.archive import Cell
-from engine.storage.rows import cell_name
+from engine.search.archive import Cell, cell_name
+from engine.search.axes import Axis
 from viz.maps import axis_labels as axis_text
 from viz.maps.heatmap import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, accessible, text, upright_text
 from viz.maps.scale import Scale, bar

@@ -13,8 +13,8 @@ from plotly.subplots import make_subplots
 from engine.analysis.comparison import TaskComparison
 from engine.analysis.elite_maps import CONTROLLER, MORPHOLOGY, EliteMap
 from engine.analysis.run_result import RunResult
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
+from engine.search.axes import Axis
 from viz import theme
 from viz.maps import axis_labels as axis_text
 from viz.maps.scale import Scale, fitness_scale

@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from engine.replay.recording import mix, mix_turns, place_of
-from engine.replay.replay import Playable
+from engine.replay.recording import Playable, mix, mix_turns, place_of
 from viz.robot.geometry import Drawing, RobotGeometry
 
 AT_ONCE: Final = 25

@@ -8,9 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.body.kinematics import END_PLACES, END_RODS, internal_tension, passive_tension
+from engine.body.kinematics import END_PLACES, END_RODS, internal_tension, passive_tension, points_on
 from engine.body.morphology import Morphology
-from engine.body.turns import points_on
 from viz import theme
 
 ROD_DRAWN_RADIUS = 0.0021

@@ -5,7 +5,8 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from engine.storage.lineage import Ancestor, body_changes
+from engine.body.morphology import body_changes
+from engine.storage.rows import Ancestor
 from viz import theme
 
 SELECTED = "#ff5d8f"

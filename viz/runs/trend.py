@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from engine.storage.generations import ArchiveFigures, Generation
+from engine.storage.rows import ArchiveFigures, Generation
 
 WIDTH: Final = 396
 COLUMN, ROW = 206, 72

@@ -21,7 +21,8 @@ import numpy as np
 from engine.body import module as t
 from engine.body import servo
 from engine.fabrication.dimensions import tolerances
-from engine.simulation.model import Physics, chain_spec
+from engine.simulation.model import chain_spec
+from engine.simulation.physics import Physics
 
 HOLD: Final = 5.0
 """Simulated seconds for which a state is held before it is measured."""

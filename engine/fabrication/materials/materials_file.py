@@ -31,7 +31,7 @@ from engine.fabrication.materials.properties import (
     ServoMotor,
 )
 from engine.fabrication.materials.toml_table import read_table, text_value
-from engine.toml_file import parse_toml
+from engine.files import parse_toml
 
 PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
 """Names of the materials files that ship with the project; the first is the default."""

@@ -18,7 +18,8 @@ from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floa
 from engine.fabrication.materials import CAP_TIP, Materials
 from engine.fabrication.parts import servo_parts as sp
 from engine.fabrication.parts import shapes, solids
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 
 _COLOURS: Final = {
     "rod": (45, 45, 50, 255),

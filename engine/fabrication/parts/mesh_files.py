@@ -8,7 +8,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from engine.fabrication.parts.solids import triangles
-from engine.zip_file import zip_bytes
+from engine.files import zip_bytes
 
 _CONTENT_TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.main import main
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from app.downloads.robot_folder import STEPS
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
 from engine.errors import ExportError, InvalidData
+from engine.files import zip_bytes
 from engine.storage.reader import RunReader
-from engine.zip_file import zip_bytes
 from viz.runs import basket_list
 
 

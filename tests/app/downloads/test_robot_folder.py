@@ -179,7 +179,7 @@ def test_every_elite_is_exported_once_and_one_that_cannot_be_does_not_stop_the_o
         held = {a: reader.placements(a, last) for a in ("morphology", "controller")}
     numbers = {n for cells in held.values() for n in cells.values()}
     broken = max(numbers)
-    monkeypatch.setattr("app.cli.export.robot_folder", quick)
+    monkeypatch.setattr("app.downloads.robot_folder.robot_folder", quick)
     status, said = tensatlas("export", small_run, "--all-elites", "--out", "all")
     assert status == 2
     assert f"1 of {len(numbers)} robots were not exported; the first: evaluation {broken}" in said

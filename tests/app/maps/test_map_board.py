@@ -16,7 +16,7 @@ from app.maps.color_controls import ALL_RUNS, FIXED, ColorWish
 from app.maps.map_board import MapBoard
 from engine.analysis.robustness import Robustness, robust_path, save_robust
 from engine.errors import InvalidData
-from engine.search.algorithm import Axis
+from engine.search.axes import Axis
 from engine.storage.reader import RunReader
 from tests.support.grid_run import grid_cell
 from viz.maps.heatmap import Ring

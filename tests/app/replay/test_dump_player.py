@@ -17,7 +17,7 @@ from app.replay.replay_line import describe
 from app.server import server
 from engine.replay.dump import Dump, read_dump
 from engine.replay.dump_replay import DumpReplay
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
 from tests.support.exploded import evolve
 from viz.robot import robot_card
 

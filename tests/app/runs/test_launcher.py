@@ -13,11 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.cli import commands, main
+from app.cli import main
+from app.cli.evolve import Evolve
 from app.runs import launcher
 from app.runs.launcher import NewRun, choices, flags, last_words, log_path, pause, resume, start
 from app.runs.library import run_state
-from engine.config import PRESETS, AlgorithmName, RunConfig, preset
+from engine.config import PRESETS, AlgorithmName, RunConfig, preset, replaced
 from engine.errors import InvalidData, RunFileError
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
@@ -27,14 +28,12 @@ from engine.tasks import BUILT_IN
 NEW = NewRun(
     name="new",
     preset="smoke",
-    config=dataclasses.replace(preset("smoke"), evaluations=4, initial=4),
+    config=replaced(preset("smoke"), evaluations=4, initial=4),
     workers=1,
 )
 LONG = dataclasses.replace(
     NEW,
-    config=dataclasses.replace(
-        preset("smoke"), evaluations=400, initial=4, batch_size=2, refit_generations=(0,)
-    ),
+    config=replaced(preset("smoke"), evaluations=400, initial=4, batch_size=2, refit_generations=(0,)),
 )
 
 
@@ -85,7 +84,7 @@ def test_a_task_of_the_users_is_started_from_the_command_line_only(
 
 
 configurations = st.builds(
-    lambda base, **change: dataclasses.replace(
+    lambda base, **change: replaced(
         base,
         **{k: v for k, v in change.items() if k not in ("friction", "noise", "repeats", "threshold")},
         physics=dataclasses.replace(base.physics, friction=change["friction"], servo_noise=change["noise"]),
@@ -112,7 +111,7 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
 ) -> None:
     arguments = flags(NewRun(name="x", preset=name, config=config, workers=3))
     parsed = main._parse(["evolve", "x.tsmr", *arguments])
-    assert isinstance(parsed, commands.Evolve)
+    assert isinstance(parsed, Evolve)
     assert parsed.config == config
     assert parsed.computing.workers == 3
 

@@ -11,10 +11,11 @@ import pytest
 
 from app.maps.run_picker import label_paths
 from app.runs.library import Library, RunStatus
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import RunFileError
-from engine.runs.evolve import create_algorithm, create_evaluator, statistics
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
+from engine.workers.evaluator import create_evaluator
 
 
 @pytest.fixture

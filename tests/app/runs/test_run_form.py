@@ -12,9 +12,10 @@ import viser
 from app.gui.field_docs import field_docs
 from app.runs.run_form import EVERYDAY, FieldError, RunForm, label_of
 from engine.config import PRESETS, RunConfig
+from engine.search.map_search import MapSearchConfig
 from engine.search.vie_neat import VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 
 
 @pytest.fixture
@@ -30,11 +31,17 @@ def widget(form: RunForm, *path: str) -> Any:
 
 def test_every_field_of_the_configuration_is_asked_for_with_a_hint(form: RunForm) -> None:
     asked = {f.path for f in form._fields}
-    for kind, prefix in ((RunConfig, ()), (TrialConfig, ("trials",)), (Physics, ("physics",))):
+    for kind, prefix in (
+        (RunConfig, ()),
+        (MapSearchConfig, ()),
+        (VieNeatConfig, ("vie_neat",)),
+        (TrialConfig, ("trials",)),
+        (Physics, ("physics",)),
+    ):
         for field in dataclasses.fields(kind):
-            nested = prefix == () and field.name in ("trials", "physics", "vie_neat")
+            nested = kind is RunConfig and field.name in ("map_search", "trials", "physics", "vie_neat")
             assert nested or (*prefix, field.name) in asked
-    for kind in (RunConfig, TrialConfig, Physics, VieNeatConfig):
+    for kind in (RunConfig, MapSearchConfig, TrialConfig, Physics, VieNeatConfig):
         assert set(field_docs(kind)) == {f.name for f in dataclasses.fields(kind)}
     assert all(f.widget.hint for f in form._fields)
     assert form.value().config == dataclasses.replace(PRESETS["quick"], seed=1)
@@ -46,7 +53,7 @@ def test_a_preset_fills_the_form(form: RunForm, preset: str) -> None:
     form._fill(None)  # type: ignore[arg-type]
     assert form.value().config == dataclasses.replace(PRESETS[preset], seed=1)
     widget(form, "evaluations").value = 5
-    assert form.value().config.initial == 5
+    assert form.value().config.map_search.initial == 5
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from engine.analysis.comparison import Comparison, TaskComparison, _groups, comp
 from engine.analysis.comparison_tables import csv_files
 from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
+from engine.config import replaced
 from engine.errors import InvalidData, RunFileError
 from engine.search.vie_neat import VieNeatConfig
 from engine.storage.writer import RunWriter
@@ -25,7 +26,7 @@ def run_file(tmp_path):
     """Write a run of random figures; keywords change its configuration."""
 
     def write(name="a", seed=0, sizes=(20, 6, 6), **changes):
-        config = dataclasses.replace(MADE_UP, **({"evaluations": sum(sizes), "seed": seed} | changes))
+        config = replaced(MADE_UP, **({"evaluations": sum(sizes), "seed": seed} | changes))
         return random_grid_run(tmp_path / f"{name}.tsmr", seed, sizes, config=config)
 
     return write
@@ -51,7 +52,7 @@ def test_figures_of_a_run_by_hand(tmp_path):
             [((1, 3, 0, 0), evaluation(0, 0.40, body)), ((1, 3, 1, 0), evaluation(1, 0.30, body))],
             [((2, 2, 1, 0), evaluation(2, 0.20))],
         ],
-        dataclasses.replace(MADE_UP, evaluations=3, initial=2, batch_size=2),
+        replaced(MADE_UP, evaluations=3, initial=2, batch_size=2),
     )
     run = load_result(path)
     assert run.measure("best") == pytest.approx(25.0)
@@ -156,7 +157,7 @@ def test_runs_of_several_tasks_are_compared_apart(run_file):
 
 def test_maps_of_other_shapes_are_noted_and_not_tested(run_file, tmp_path):
     axes = (*AXES[:2], dataclasses.replace(AXES[1], name="stiffest"), *AXES[2:])
-    config = dataclasses.replace(MADE_UP, evaluations=2, initial=2)
+    config = replaced(MADE_UP, evaluations=2, initial=2)
     offers = [((1, 1, 1, 1, 1), evaluation(0)), ((1, 1, 2, 1, 1), evaluation(1, 0.2))]
     other = write_grid_run(tmp_path / "other.tsmr", [offers], config, axes)
     groups = _groups([result(run_file(), "dm-me"), result(other, "map-elites")])

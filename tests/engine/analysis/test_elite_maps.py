@@ -19,12 +19,21 @@ from engine.analysis.elite_maps import (
 from engine.analysis.projection_run import DOWN, UP, project_run
 from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
+from engine.config import create_algorithm
 from engine.errors import InvalidData, RunFileError
-from engine.runs.evolve import create_algorithm, resume, statistics
-from engine.search.algorithm import Axis
-from engine.search.axes import body_axes, body_cell, body_measure, cell_centre, cell_index, trajectory_axes
+from engine.runs.evolve import resume
+from engine.search.axes import (
+    Axis,
+    body_axes,
+    body_cell,
+    body_measure,
+    cell_centre,
+    cell_index,
+    trajectory_axes,
+)
 from engine.search.descriptors import sensory_data
 from engine.storage.reader import RunReader
+from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from tests.support.made_up_grid import AXES, random_grid_run, write_grid_run
@@ -37,7 +46,7 @@ def double_run(tmp_path_factory):
     """A finished run of DM-ME with made-up figures; not to be changed."""
     path = tmp_path_factory.mktemp("double") / "double.tsmr"
     algorithm = create_algorithm(MADE_UP)
-    with RunWriter.create(path, MADE_UP, engine.runs.evolve.versions()) as writer:
+    with RunWriter.create(path, MADE_UP, engine.simulation.provenance.versions()) as writer:
         while solutions := algorithm.ask():
             evaluations = [made_up_evaluation(s, failing=0.1) for s in solutions]
             writer.add_evaluations(algorithm.generation, evaluations)

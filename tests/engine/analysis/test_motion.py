@@ -2,10 +2,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from engine.analysis.motion import MotionRecorder
+from engine.analysis.verify import MotionRecorder
 from engine.body.morphology import Morphology
 from engine.simulation.batch import SimulationBatch
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 
 PHYSICS = Physics()
 

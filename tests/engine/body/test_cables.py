@@ -8,7 +8,8 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.kinematics import contraction, internal_lengths, internal_tension, passive_tension
 from engine.body.morphology import Morphology
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 
 BODY = Morphology((3, 10, 6), (4, 7, 1))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from engine.body.turns import points_on, rotation_rows
+from engine.body.kinematics import points_on, rotation_rows
 
 
 @pytest.fixture

@@ -15,13 +15,14 @@ import engine.replay.dump
 import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import DumpError
+from engine.files import zip_bytes
 from engine.replay.dump import Dump, DumpFolder, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.physics import Physics
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from engine.tasks import GOAL_REACHING
-from engine.zip_file import zip_bytes
 from tests.support.made_up import TINY, evolved_controller, examples
 
 EXPLOSIVE = Physics(timestep=0.004)
@@ -252,7 +253,7 @@ def test_a_run_keeps_its_failures_the_same_ones_whatever_happens(tmp_path, monke
 
 
 def test_a_run_without_failures_leaves_no_folder(simulated_run):
-    assert not engine.runs.evolve.failures_folder(simulated_run).exists()
+    assert not engine.storage.schema.failures_folder(simulated_run).exists()
 
 
 def test_a_run_goes_on_where_nothing_can_be_dumped(tmp_path):

@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from engine.replay.recording import between, frame_at
-from engine.replay.replay import Frame, Replay
+from engine.replay.recording import ReplayFrame, between, frame_at
+from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 
 parts = st.floats(0.0, 1.0)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def frame_from(seed: int, time: float = 0.0) -> Frame:
+def frame_from(seed: int, time: float = 0.0) -> ReplayFrame:
     """Return a made-up frame of three modules."""
     rng = np.random.default_rng(seed)
     pose = rng.normal(size=(3, 6, 7)).astype(np.float32)
@@ -28,14 +28,14 @@ def frame_from(seed: int, time: float = 0.0) -> Frame:
     lengths = rng.uniform(0.03, 0.1, (3, 5)).astype(np.float32)
     head = pose[0, [0, 1], :2].mean(axis=0)
     contacts = rng.normal(size=(int(rng.integers(0, 5)), 3)).astype(np.float32)
-    return Frame(time, pose, lengths, head, contacts, rng.normal(size=2))
+    return ReplayFrame(time, pose, lengths, head, contacts, rng.normal(size=2))
 
 
 @dataclasses.dataclass
 class Recorded:
     """What of a ``Playable`` says where its frames lie."""
 
-    frames: Sequence[Frame]
+    frames: Sequence[ReplayFrame]
     start_time: float
     frame_period: float
 

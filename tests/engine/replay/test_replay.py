@@ -9,7 +9,7 @@ import pytest
 
 from engine.control.network import Network
 from engine.errors import InvalidData
-from engine.replay.contacts import ContactFinder
+from engine.replay.recording import ContactFinder
 from engine.replay.replay import MAX_FRESH, Replay, repeat_trial
 from engine.replay.trial import Aim, TrialChoice
 from engine.simulation.model import build_robot

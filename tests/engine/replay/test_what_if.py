@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.body.morphology import with_face, with_modules, with_stiffness
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
-from engine.replay.what_if import WhatIf, WhatIfReplay, with_face, with_modules, with_stiffness
+from engine.replay.what_if import WhatIf, WhatIfReplay
 from engine.storage.reader import RunReader
 from tests.support.made_up import examples, morphologies, per_module_morphologies
 

@@ -34,7 +34,7 @@ def test_fields_for_all_and_for_a_variant():
         }
     )
     assert run.file == "squeezing_deep_3.tsmr"
-    assert run.config.cell_capacity == 50
+    assert run.config.map_search.cell_capacity == 50
     assert run.config.evaluations == 80
     assert run.config.trials.trial_time == 2.0
     assert run.config.trials.settle_time == preset("smoke").trials.settle_time

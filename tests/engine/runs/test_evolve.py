@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
+from engine.config import replaced
 from engine.errors import InvalidData, RunFileError
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter, is_being_written
@@ -58,7 +59,7 @@ def test_a_run_killed_three_times_ends_like_an_undisturbed_one(simulated_run, tm
 
 def test_a_trial_that_ends_within_a_control_period_of_a_second_can_be_read(tmp_path):
     try:
-        config = dataclasses.replace(
+        config = replaced(
             TINY,
             evaluations=2,
             initial=2,
@@ -254,7 +255,7 @@ def test_reports_after_resuming_count_both_parts(tmp_path):
 def test_computing_time_adds_up_over_interruptions(tmp_path, monkeypatch):
     path = tmp_path / "run.tsmr"
     clock = iter(range(10**6))
-    monkeypatch.setattr("engine.runs.evolve.time.monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr("engine.runs.run_loop.time.monotonic", lambda: float(next(clock)))
 
     def interrupt(progress):
         if progress.n_evaluations >= 40:
@@ -338,7 +339,7 @@ def test_a_copy_of_an_interrupted_run_can_be_finished_elsewhere(tmp_path):
 
 
 def test_versions_of_what_decides_the_outcome():
-    versions = engine.runs.evolve.versions()
+    versions = engine.simulation.provenance.versions()
     assert {"python", "mujoco", "numpy", "neat-python", "scikit-learn"} <= set(versions)
     assert all(isinstance(v, str) and v for v in versions.values())
 
@@ -357,7 +358,7 @@ def test_physics_that_mujoco_refuses_leaves_no_file(tmp_path, monkeypatch):
 def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
     """As if another NEAT-Python had drawn other solutions."""
     path = tmp_path / "run.tsmr"
-    algorithm = engine.runs.evolve.create_algorithm(dataclasses.replace(TINY, seed=99))
+    algorithm = engine.config.create_algorithm(dataclasses.replace(TINY, seed=99))
     strangers = [e for group in MadeUpEvaluator().evaluate(algorithm.ask()[:2]) for e in group]
     with RunWriter.create(path, TINY, {}) as writer:
         writer.add_evaluations(0, strangers)
@@ -367,7 +368,7 @@ def test_pending_evaluations_of_other_versions_are_refused(tmp_path):
 
 def test_changed_versions_are_named(tmp_path):
     path = tmp_path / "run.tsmr"
-    with RunWriter.create(path, TINY, {**engine.runs.evolve.versions(), "mujoco": "3.0.0"}):
+    with RunWriter.create(path, TINY, {**engine.simulation.provenance.versions(), "mujoco": "3.0.0"}):
         pass
-    (change,) = engine.runs.evolve.changed_versions(path)
+    (change,) = engine.storage.reader.changed_versions(path)
     assert change.startswith("mujoco 3.0.0 -> ")

@@ -1,11 +1,11 @@
 """Runs of every algorithm but plain DM-ME, whose runs ``test_run.py`` has."""
 
-import dataclasses
 import sqlite3
 
 import pytest
 
 import engine.runs.evolve
+from engine.config import replaced
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
@@ -19,7 +19,7 @@ CHANGES = {
     "DM-ME, per module": {"stiffness": "per-module"},
     "MAP-Elites, per module": {"algorithm": "map-elites", "stiffness": "per-module"},
 }
-CONFIGS = {name: dataclasses.replace(MADE_UP, **changes) for name, changes in CHANGES.items()}
+CONFIGS = {name: replaced(MADE_UP, **changes) for name, changes in CHANGES.items()}
 
 
 @pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "DM-ME, per module"])
@@ -121,7 +121,7 @@ def test_garbage_members_are_one_line(tmp_path, members):
 
 def test_a_body_of_the_other_kind_does_not_fit_the_run(tmp_path):
     path = tmp_path / "run.tsmr"
-    strangers = engine.runs.evolve.create_algorithm(CONFIGS["DM-ME, per module"]).ask()[:2]
+    strangers = engine.config.create_algorithm(CONFIGS["DM-ME, per module"]).ask()[:2]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, [made_up_evaluation(s) for s in strangers])
     with RunReader(path) as reader, pytest.raises(RunFileError, match="does not fit the run's conf"):
@@ -130,7 +130,7 @@ def test_a_body_of_the_other_kind_does_not_fit_the_run(tmp_path):
 
 def test_simulated_unlike_modules_are_the_same_on_any_number_of_threads(tmp_path):
     changes = {"algorithm": "map-elites", "stiffness": "per-module", "evaluations": 6, "initial": 4}
-    config = dataclasses.replace(TINY, **changes)
+    config = replaced(TINY, **changes)
     for n in (1, 2):
         engine.runs.evolve.evolve(tmp_path / f"{n}.tsmr", config, n_threads=n)
     assert hash_of(tmp_path / "1.tsmr") == hash_of(tmp_path / "2.tsmr")

@@ -13,17 +13,17 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from engine.errors import InvalidData
-from engine.search.dm_me import DoubleMapMapElites, check_cell_capacity
-from tests.support.made_up import SEARCH, describe, evaluate, examples, generation, held, sensed
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_search import MapSearchConfig
+from tests.support.made_up import REFITS, describe, evaluate, examples, generation, held, map_search, sensed
 
-REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 PLENTY = 100
 """More than is ever evaluated here."""
 
 
 def create(seed=0, **changes):
-    return DoubleMapMapElites(seed=seed, **(SEARCH | {"cell_capacity": 2} | changes))
+    return map_search(DoubleMapMapElites, seed, **({"cell_capacity": 2} | changes))
 
 
 def members(algorithm):
@@ -43,7 +43,7 @@ def test_a_capacity_of_one_is_plain_dm_me():
     with pytest.raises(InvalidData, match="cell_capacity must be from 1 to 1000, not 0"):
         create(cell_capacity=0)
     with pytest.raises(InvalidData, match="not 1001"):
-        check_cell_capacity(1001)
+        MapSearchConfig(cell_capacity=1001)
 
 
 @examples(12)
@@ -103,7 +103,7 @@ def test_the_morphology_archive_stays_plain_and_never_worsens(seed):
 
 
 def test_parents_come_from_a_cell_and_then_by_fitness():
-    algorithm = create(3, n_initial=30, batch_size=2000, budget=2030, cell_capacity=30)
+    algorithm = create(3, initial=30, batch_size=2000, budget=2030, cell_capacity=30)
     generation(algorithm)
     there = algorithm.archives["controller"].members()
     assert max(map(len, there.values())) >= 2

@@ -9,28 +9,29 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from engine.config import RunConfig, replaced
 from engine.errors import InvalidData
 from engine.search.dm_me import DoubleMapMapElites
-from engine.search.map_search import PAPER_REFITS, check_schedule
+from engine.search.map_search import PAPER_REFITS, MapSearchConfig
 from engine.search.variation import MUTATIONS
 from tests.support.expected_map import ExpectedMap, compete, numbers
 from tests.support.made_up import (
-    SEARCH,
+    REFITS,
     describe,
     evaluate,
     examples,
     generation,
     held,
     made_up_evaluation,
+    map_search,
     nothing_else,
 )
 
-REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 
 
 def create(seed=0, **changes):
-    return DoubleMapMapElites(seed=seed, **(SEARCH | changes))
+    return map_search(DoubleMapMapElites, seed, **changes)
 
 
 class TwoMaps:
@@ -133,7 +134,7 @@ def test_every_elite_sits_in_the_cell_that_describes_it(seed):
 
 def test_the_published_schedule():
     assert PAPER_REFITS == (0, 50, 150, 350, 750, 1550)
-    algorithm = DoubleMapMapElites(n_inputs=2)
+    algorithm = DoubleMapMapElites(MapSearchConfig(), n_inputs=2, budget=45_000)
     assert len(algorithm.ask()) == 1080
     assert {name: a.shape for name, a in algorithm.archives.items()} == {
         "morphology": (9, 10),
@@ -157,7 +158,7 @@ def test_half_of_the_parents_come_from_each_archive(seed):
 
 
 def test_parents_are_drawn_uniformly_from_the_elites_of_their_archive():
-    algorithm = create(3, n_initial=30, batch_size=1500, budget=1530)
+    algorithm = create(3, initial=30, batch_size=1500, budget=1530)
     generation(algorithm)
     numbers = held(algorithm.archives)
     drawn = {"morphology": Counter(), "controller": Counter()}
@@ -423,13 +424,19 @@ def test_axes_for_people():
 )
 def test_contradicting_numbers_are_refused(evaluations, initial, batch_size, refits):
     with pytest.raises(InvalidData):
-        check_schedule(evaluations, initial, batch_size, refits)
+        replaced(
+            RunConfig(),
+            evaluations=evaluations,
+            initial=initial,
+            batch_size=batch_size,
+            refit_generations=refits,
+        )
     with pytest.raises(InvalidData):
-        create(budget=evaluations, n_initial=initial, batch_size=batch_size, refit_generations=refits)
+        create(budget=evaluations, initial=initial, batch_size=batch_size, refit_generations=refits)
 
 
 def test_the_smallest_schedule_is_allowed():
-    algorithm = create(budget=2, n_initial=2, batch_size=2, refit_generations=(0,))
+    algorithm = create(budget=2, initial=2, batch_size=2, refit_generations=(0,))
     generation(algorithm)
     assert algorithm.ask() == []
 

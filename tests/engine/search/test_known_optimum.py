@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from engine.config import RunConfig
-from engine.runs.evolve import create_algorithm
+from engine.config import RunConfig, create_algorithm, replaced
 from engine.simulation.evaluation import Evaluation
 
 FACE, BIAS = 3, 2.0
@@ -52,17 +51,17 @@ def search(config):
 
 @pytest.mark.parametrize("name", SEARCHES)
 def test_a_known_optimum_is_found(name):
-    config = RunConfig(initial=200, seed=1, **SEARCHES[name])
+    config = replaced(RunConfig(), initial=200, seed=1, **SEARCHES[name])
     algorithm, everybody = search(config)
     best = min(everybody, key=lambda e: e.fitness)
     assert best.fitness == LEAST
     assert set(best.solution.morphology.faces) == {FACE}
     # every archive but a deep grid keeps it
     for archive_name, archive in algorithm.archives.items():
-        if not (config.cell_capacity > 1 and archive_name == "controller"):
+        if not (config.map_search.cell_capacity > 1 and archive_name == "controller"):
             assert archive.best() is best
 
 
 def test_random_solutions_do_not_find_it():
-    _, everybody = search(RunConfig(evaluations=MOST, initial=MOST, seed=1))
+    _, everybody = search(replaced(RunConfig(), evaluations=MOST, initial=MOST, seed=1))
     assert min(e.fitness for e in everybody) > LEAST

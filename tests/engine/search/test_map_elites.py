@@ -13,28 +13,29 @@ from engine.search.archive import GridArchive
 from engine.search.descriptors import morphology_cell
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
-from engine.search.trajectory_archive import TrajectoryMap
+from engine.search.map_search import MapSearchConfig
+from engine.search.trajectory_archive import TrajectoryArchive
 from engine.simulation.evaluation import Solution
 from tests.support.expected_map import ExpectedMap, numbers
 from tests.support.made_up import (
-    SEARCH,
+    REFITS,
     describe,
     evaluate,
     evaluation,
     examples,
     generation,
     held,
+    map_search,
     nothing_else,
     some_controller,
 )
 
-REFITS = SEARCH["refit_generations"]
 seeds = st.integers(0, 2**32)
 modes = st.sampled_from(["shared", "per-module"])
 
 
 def create(seed=0, **changes):
-    return MapElites(seed=seed, **(SEARCH | changes))
+    return map_search(MapElites, seed, **changes)
 
 
 def body_cell(e):
@@ -70,7 +71,7 @@ def hand_map():
     x varies more than y does once standardised features are counted, because y is 0 on two targets; so
     the first component is along x and the second along y, up to their signs.
     """
-    grid = TrajectoryMap(
+    grid = TrajectoryArchive(
         archive=GridArchive(shape=(9, 10, 9, 10)),
         first_axes=lambda e: morphology_cell(e.solution.morphology),
         refit_generations=(0, 2),
@@ -205,16 +206,16 @@ def test_a_body_s_best_is_never_lost(seed):
 
 
 def test_the_published_numbers():
-    algorithm = MapElites(n_inputs=2)
+    algorithm = MapElites(MapSearchConfig(), n_inputs=2, budget=45_000)
     assert len(algorithm.ask()) == 1080
     assert {name: a.shape for name, a in algorithm.archives.items()} == {"grid": (9, 10, 9, 10)}
     assert algorithm.archives["grid"].n_cells == 8100
-    own = MapElites(n_inputs=2, stiffness="per-module").archives["grid"]
+    own = MapElites(MapSearchConfig(), n_inputs=2, budget=45_000, stiffness="per-module").archives["grid"]
     assert (own.shape, own.n_cells) == ((9, 10, 10, 9, 10), 495 * 90)
 
 
 def test_parents_are_drawn_uniformly_from_the_archive():
-    algorithm = create(3, n_initial=30, batch_size=1500, budget=1530)
+    algorithm = create(3, initial=30, batch_size=1500, budget=1530)
     generation(algorithm)
     elites = set(held(algorithm.archives)["grid"].values())
     solutions = algorithm.ask()
@@ -228,8 +229,7 @@ def test_parents_are_drawn_uniformly_from_the_archive():
 
 
 def test_random_solutions_are_those_of_dm_me():
-    options = {"n_inputs": 2, "n_initial": 12, "batch_size": 6, "budget": 60}
-    assert MapElites(seed=4, **options).ask() == DoubleMapMapElites(seed=4, **options).ask()
+    assert map_search(MapElites, 4).ask() == map_search(DoubleMapMapElites, 4).ask()
 
 
 @pytest.mark.parametrize(("budget", "sizes"), [(12, [12]), (24, [12, 6, 6]), (27, [12, 6, 6, 3])])
@@ -284,14 +284,14 @@ def test_a_restored_search_goes_on_identically(seed, n, failing, stiffness):
 
 @pytest.mark.parametrize("kind", [MapElites, DoubleMapMapElites])
 def test_a_search_of_unlike_modules_breeds_unlike_modules(kind):
-    algorithm = kind(n_inputs=2, n_initial=12, batch_size=6, budget=60, stiffness="per-module")
+    algorithm = map_search(kind, 0, stiffness="per-module")
     while solutions := algorithm.ask():
         assert all(s.morphology.stiffness_mode == "per-module" for s in solutions)
         algorithm.tell(evaluate(solutions))
 
 
 def test_dm_me_of_unlike_modules_has_three_axes_of_bodies():
-    algorithm = DoubleMapMapElites(n_inputs=2, n_initial=12, batch_size=6, budget=60, stiffness="per-module")
+    algorithm = map_search(DoubleMapMapElites, 0, stiffness="per-module")
     everybody = []
     while solutions := algorithm.ask():
         everybody += evaluate(solutions)

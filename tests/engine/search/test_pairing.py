@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.search.pairing import pair_randomly, paired_fitness
+from engine.search.vie_neat import pair_randomly, paired_fitness
 from tests.support.made_up import examples
 
 sizes = st.integers(1, 60)

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.search.archive import GridArchive
-from engine.search.projection import project, section
+from engine.search.axes import project, section
 from tests.support.made_up import evaluation, examples
 
 HELD = {

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 import engine.runs.evolve
 from engine.body.morphology import random_morphology
-from engine.config import PRESETS, RunConfig, from_json, preset, to_json
+from engine.config import PRESETS, RunConfig, from_json, preset, replaced, to_json
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from engine.search.vie_neat import VieNeat, VieNeatConfig
-from engine.simulation.evaluation import TrialConfig
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.killed import run_until_killed
 from tests.support.made_up import evaluate, evaluation, examples, generation, held, made_up_evaluation
@@ -38,7 +38,7 @@ seeds = st.integers(0, 2**32)
 
 
 def create(seed=0, config=SMALL, budget=70, n_inputs=2, stiffness="shared"):
-    return VieNeat(n_inputs=n_inputs, config=config, stiffness=stiffness, seed=seed, budget=budget)
+    return VieNeat(config, n_inputs=n_inputs, stiffness=stiffness, seed=seed, budget=budget)
 
 
 def nothing_else(numbers):
@@ -63,7 +63,7 @@ def test_the_published_parameters():
     assert (config.controllers, config.elitism, config.species_elitism) == (54, 3, 2)
     assert config.compatibility_threshold == 2.85
     assert preset("paper").vie_neat == config
-    algorithm = VieNeat(n_inputs=2)
+    algorithm = VieNeat(VieNeatConfig(), n_inputs=2, budget=45_000)
     solutions = algorithm.ask()
     assert 53 <= len(solutions) <= 55
     assert len({s.morphology for s in solutions}) >= 47
@@ -388,7 +388,7 @@ def test_a_run_file_without_the_parameters_has_the_published_ones():
 def test_presets_suit_the_algorithm(name):
     config = dataclasses.replace(preset(name), algorithm="vie-neat")
     assert from_json(json.loads(json.dumps(to_json(config)))) == config
-    algorithm = engine.runs.evolve.create_algorithm(config)
+    algorithm = engine.config.create_algorithm(config)
     sizes = []
     while len(sizes) < 4 and (solutions := algorithm.ask()):
         sizes.append(len(solutions))
@@ -400,10 +400,10 @@ def test_presets_suit_the_algorithm(name):
 
 def test_the_schedule_of_the_other_algorithms_does_not_matter():
     config = RunConfig(algorithm="vie-neat", evaluations=100)
-    assert config.initial > config.evaluations
+    assert config.map_search.initial > config.evaluations
     with pytest.raises(InvalidData, match="at least the 54 of ViE-NEAT's first generation"):
         RunConfig(algorithm="vie-neat", evaluations=53)
-    assert RunConfig(evaluations=53, initial=20).vie_neat == VieNeatConfig()
+    assert replaced(RunConfig(), evaluations=53, initial=20).vie_neat == VieNeatConfig()
 
 
 @pytest.mark.parametrize(
@@ -451,7 +451,7 @@ def toy(pairs):
 
 def test_a_known_optimum_is_found():
     config = preset("quick").vie_neat
-    algorithm = VieNeat(n_inputs=2, config=config, seed=5, budget=1000)
+    algorithm = VieNeat(config, n_inputs=2, seed=5, budget=1000)
     while solutions := algorithm.ask():
         fitnesses = toy([(s.morphology, s.controller) for s in solutions])
         algorithm.tell(

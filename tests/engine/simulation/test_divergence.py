@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 
 from engine.body.morphology import Morphology
-from engine.simulation.divergence import ARENA_RADIUS, Guard, speed_limit
-from engine.simulation.history import BLOCK, MAX_UPDATES
-from engine.simulation.model import Physics, build_robot
+from engine.simulation.divergence import ARENA_RADIUS, BLOCK, MAX_UPDATES, Guard, speed_limit
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics, with_inertia
 from engine.simulation.rollout import SimulationBatch, build_robots, settle
-from engine.simulation.timestep import with_inertia
 
 PHYSICS = Physics()
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(10, (5, 5))]

@@ -11,15 +11,9 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.simulation import model as r
-from engine.simulation.model import (
-    Physics,
-    body_fingerprint,
-    build_robot,
-    build_spec,
-    face_rods,
-    module_placements,
-    with_walls,
-)
+from engine.simulation.model import build_robot, build_spec, face_rods, module_placements, with_walls
+from engine.simulation.physics import Physics
+from engine.simulation.provenance import body_fingerprint
 from engine.tasks.walls import Wall
 from tests.support.made_up import examples, morphologies
 

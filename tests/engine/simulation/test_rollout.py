@@ -6,9 +6,11 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, NodeGene
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig, noise_seed
-from engine.simulation.model import Physics, build_robot, face_rods
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.model import build_robot, face_rods
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
+from engine.simulation.trials import TrialConfig, noise_seed
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets
 from tests.support.made_up import evolved_controller
 

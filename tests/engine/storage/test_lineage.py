@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.body.morphology import Morphology, mutate_morphology
+from engine.body.morphology import Morphology, body_changes, mutate_morphology
 from engine.errors import RunFileError
-from engine.storage.lineage import body_changes
 from engine.storage.reader import RunReader
 from tests.support.made_up import examples, morphologies, per_module_morphologies
 

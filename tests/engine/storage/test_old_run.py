@@ -23,7 +23,7 @@ def reader():
 
 def test_the_same_solutions_are_asked_for_and_placed_where_they_were(reader):
     known = {e.solution.number: e for e in reader.all_evaluations()}
-    algorithm = engine.runs.evolve.create_algorithm(reader.config)
+    algorithm = engine.config.create_algorithm(reader.config)
     while solutions := algorithm.ask():
         evaluations = [known[s.number] for s in solutions]
         assert [e.solution for e in evaluations] == solutions
@@ -41,7 +41,7 @@ def test_the_same_solutions_are_asked_for_and_placed_where_they_were(reader):
 
 
 def test_it_says_nothing_of_newer_options_and_has_their_defaults(reader):
-    assert (reader.config.algorithm, reader.config.cell_capacity, reader.config.stiffness) == (
+    assert (reader.config.algorithm, reader.config.map_search.cell_capacity, reader.config.stiffness) == (
         "dm-me",
         1,
         "shared",

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import engine.runs.evolve
+from engine.config import replaced
 from engine.errors import RunFileError
 from engine.search.vie_neat import VieNeatConfig
 from engine.storage.check import check_run
@@ -20,7 +21,7 @@ from tests.support.run_hash import hash_of
 
 OLD = Path(__file__).parents[2] / "reference" / "first_body.tsmr"
 """A run of the first format."""
-SMALL = dataclasses.replace(MADE_UP, evaluations=38, refit_generations=(0, 2))
+SMALL = replaced(MADE_UP, evaluations=38, refit_generations=(0, 2))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -133,7 +134,7 @@ def test_what_the_log_holds_is_found_too(tmp_path):
 )
 def test_a_whole_run_is_saved_wholly(tmp_path, changes):
     path, out = tmp_path / "run.tsmr", tmp_path / "new.tsmr"
-    engine.runs.evolve.evolve(path, dataclasses.replace(SMALL, **changes))
+    engine.runs.evolve.evolve(path, replaced(SMALL, **changes))
     before = path.read_bytes()
     found = recover(path, out)
     assert path.read_bytes() == before

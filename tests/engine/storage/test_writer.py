@@ -17,9 +17,10 @@ from engine.analysis.verify import verify
 from engine.config import to_json
 from engine.errors import InvalidData, RunFileError
 from engine.replay.replay import Replay
+from engine.search.archive import cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.reader import RunReader
-from engine.storage.rows import cell_name, from_row, parse_cell, to_row
+from engine.storage.rows import from_row, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.storage.writer import RunWriter, is_being_written, lock_path
 from tests.support.made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies
@@ -44,13 +45,13 @@ def damaged(made_up_run, tmp_path):
 
 def write_run(path, config=MADE_UP, until=10**6):
     """Write a run by hand, generation by generation."""
-    algorithm = engine.runs.evolve.create_algorithm(config)
+    algorithm = engine.config.create_algorithm(config)
     with RunWriter.create(path, config, {"tensatlas": "0"}) as writer:
         while algorithm.generation < until and (solutions := algorithm.ask()):
             evaluations = [made_up_evaluation(s, failing=0.1) for s in solutions]
             writer.add_evaluations(algorithm.generation, evaluations)
             algorithm.tell(evaluations)
-            writer.close_generation(algorithm, engine.runs.evolve.statistics(algorithm, 0.45), 1.0)
+            writer.close_generation(algorithm, engine.storage.rows.statistics(algorithm, 0.45), 1.0)
     return algorithm
 
 
@@ -148,7 +149,7 @@ def test_what_is_no_cell_is_refused(text):
 
 
 def test_what_was_written_is_read(made_up_run):
-    algorithm = engine.runs.evolve.create_algorithm(MADE_UP)
+    algorithm = engine.config.create_algorithm(MADE_UP)
     everything = []
     with RunReader(made_up_run) as reader:
         assert reader.config == MADE_UP
@@ -289,7 +290,7 @@ def test_a_reader_asking_whether_a_run_is_live_does_not_lock_out_its_writer(tmp_
 
 def test_finished_evaluations_of_an_open_generation_are_kept(tmp_path):
     path = tmp_path / "run.tsmr"
-    algorithm = engine.runs.evolve.create_algorithm(MADE_UP)
+    algorithm = engine.config.create_algorithm(MADE_UP)
     new = [made_up_evaluation(s) for s in algorithm.ask()[:5]]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, new[:2])
@@ -304,7 +305,7 @@ def test_finished_evaluations_of_an_open_generation_are_kept(tmp_path):
 
 def test_an_evaluation_cannot_be_saved_twice(tmp_path):
     path = tmp_path / "run.tsmr"
-    new = [made_up_evaluation(s) for s in engine.runs.evolve.create_algorithm(MADE_UP).ask()]
+    new = [made_up_evaluation(s) for s in engine.config.create_algorithm(MADE_UP).ask()]
     with RunWriter.create(path, MADE_UP, {}) as writer:
         writer.add_evaluations(0, new[:3])
         with pytest.raises(RunFileError, match=r"run\.tsmr cannot be written"):

@@ -1,6 +1,5 @@
 """Tasks in files of the user's: found by name, loaded only when named, and their mistakes in one line."""
 
-import dataclasses
 import json
 import math
 import os
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 import engine.runs.evolve
-from engine.config import RunConfig, from_json, to_json
+from engine.config import RunConfig, from_json, replaced, to_json
 from engine.errors import InvalidData, RunFileError, TaskError, TensAtlasError, UnknownTask
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
@@ -75,7 +74,7 @@ def test_the_example_is_a_short_file_that_makes_a_task():
 def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_path, monkeypatch):
     """Walls that differ in number between the targets, and touch the robot, included."""
     load_task(good)
-    config = dataclasses.replace(TINY, task="bump", evaluations=6, initial=4)
+    config = replaced(TINY, task="bump", evaluations=6, initial=4)
     one, two = tmp_path / "one.tsmr", tmp_path / "two.tsmr"
     engine.runs.evolve.evolve(one, config, n_threads=1)
     engine.runs.evolve.evolve(two, config, n_threads=2)
@@ -99,11 +98,11 @@ def test_a_run_of_a_users_task_is_evaluated_stored_and_replayed_alike(good, tmp_
     with RunReader(one) as a:
         assert a.config.task == "bump"
         assert a.task_change is None
-    assert engine.runs.evolve.changed_versions(one) == []
+    assert engine.storage.reader.changed_versions(one) == []
     # the file has changed since
     monkeypatch.setattr(loading, "_loaded", {})
     good.write_text(GOOD + "# different\n")
-    (change,) = engine.runs.evolve.changed_versions(one)
+    (change,) = engine.storage.reader.changed_versions(one)
     assert change.startswith("task bump sha256:")
     with RunReader(one) as a:
         assert a.task_change == "the file of task bump has changed since this run was started"
@@ -224,7 +223,7 @@ def test_what_fails_only_later_stops_the_run_with_one_line_and_keeps_it(tmp_path
     late = GOOD.replace("v.distance -", "(np.nan if v.time.max() > 0.9 and v.shape[0] != 3 else 0.5) -")
     path.write_text(late)
     load_task(path)
-    config = dataclasses.replace(TINY, task="bump", evaluations=3, initial=3)
+    config = replaced(TINY, task="bump", evaluations=3, initial=3)
     with pytest.raises(TaskError, match=r"late\.py: score returned a number that is not finite"):
         engine.runs.evolve.evolve(run, config)
     path.write_text(late.replace("np.nan", "0.4"))

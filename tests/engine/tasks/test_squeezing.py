@@ -10,13 +10,15 @@ import pytest
 import engine.runs.evolve
 from engine.analysis.verify import verify
 from engine.body.morphology import Morphology
+from engine.config import replaced
 from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Replay
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, Head, build_robots, settle
+from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from engine.tasks import SQUEEZING, target_offsets, worlds
 from tests.support.made_up import TINY, a_view, evolved_controller
@@ -193,7 +195,7 @@ def test_walls_stand_round_the_settled_head_wherever_it_looks():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("squeezing") / "run.tsmr"
-    config = dataclasses.replace(TINY, task="squeezing", evaluations=6, initial=4)
+    config = replaced(TINY, task="squeezing", evaluations=6, initial=4)
     config = dataclasses.replace(config, trials=dataclasses.replace(TINY.trials, repeats=2))
     engine.runs.evolve.evolve(path, config, n_threads=1)
     with RunReader(path) as reader:

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.simulation.model import Physics, build_robot, build_spec, with_walls
-from engine.tasks import SQUEEZING, Frame, worlds
+from engine.simulation.model import build_robot, build_spec, with_walls
+from engine.simulation.physics import Physics
+from engine.tasks import SQUEEZING, GroundFrame, worlds
 from engine.tasks.walls import BURIED, Obstacles, Wall, add_walls
 from tests.support.made_up import examples
 
@@ -88,7 +89,7 @@ def test_mujoco_sees_the_same_walls(walls, x, y, degrees):
 
 def test_placing_walls_turns_them_with_the_head():
     # a head at (1, 2) that looks along the world's y
-    frame = Frame.of(np.array([[[1.0, 2.0]]]), np.array([[[1.0, 1.5]]]))
+    frame = GroundFrame.of(np.array([[[1.0, 2.0]]]), np.array([[[1.0, 1.5]]]))
     (placed,) = frame.place(0, [BOX])
     np.testing.assert_allclose(placed.centre, (1.0 - 0.2, 2.0 + 0.5, 0.05))
     assert placed.half_size == BOX.half_size
@@ -142,7 +143,7 @@ def test_a_robot_pushed_hard_against_the_walls_does_not_enter_them(yaw):
     They meet it at 0.4 m/s, three times as fast as any that crawls, and then lean on it.
     """
     robot, ahead = build_robot(Morphology(8, (1, 1)), Physics()), np.array([math.cos(yaw), math.sin(yaw)])
-    frame = Frame.of(np.zeros((1, 1, 2)), -ahead[None, None])
+    frame = GroundFrame.of(np.zeros((1, 1, 2)), -ahead[None, None])
     # the aperture is to the left, so what is 25 cm to the right meets the wall
     walls = frame.place(0, worlds(SQUEEZING, 2)[0])
     start = -0.25 * np.array([-ahead[1], ahead[0]]) - 0.1 * ahead

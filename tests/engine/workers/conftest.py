@@ -1,12 +1,10 @@
 """Runs and tasks for workers to compute."""
 
-import dataclasses
-
 import pytest
 
 import engine.runs.evolve
-from engine.config import preset
-from engine.simulation.evaluation import TrialConfig
+from engine.config import preset, replaced
+from engine.simulation.trials import TrialConfig
 from engine.tasks import load_task, loading
 from tests.support.made_up import TINY
 from tests.support.run_hash import hash_of
@@ -47,7 +45,7 @@ def bad_task(tmp_path):
         file.write_text(TASK.format(name=name, then=then))
         load_task(file)
         made.append(name)
-        return dataclasses.replace(
+        return replaced(
             preset("smoke"),
             task=name,
             evaluations=4,

@@ -8,13 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
-from engine.config import RunConfig
+from engine.config import RunConfig, create_algorithm
 from engine.errors import InvalidData
-from engine.runs.evolve import create_algorithm
 from engine.storage.reader import RunReader
 from tests.support.made_up import MADE_UP, examples, held, made_up_evaluation
 
 OVERLAPPING = dataclasses.replace(MADE_UP, overlap=3)
+
+SIZES = MADE_UP.map_search
 
 
 class Shuffled:
@@ -41,8 +42,8 @@ class Shuffled:
 
 def evolve(monkeypatch, path, config, seed, stop_at=None):
     """Work on a run, begun or not; return its hash and the most solutions that were under way."""
-    stream = Shuffled(seed)
-    monkeypatch.setattr(engine.runs.evolve, "_streams", lambda *_: lambda *_: stream)
+    queue = Shuffled(seed)
+    monkeypatch.setattr(engine.runs.evolve, "create_queue", lambda *_, **__: queue)
 
     def observer(progress):
         if stop_at is not None and progress.n_new >= stop_at:
@@ -56,7 +57,7 @@ def evolve(monkeypatch, path, config, seed, stop_at=None):
     except KeyboardInterrupt:
         assert stop_at is not None
     with RunReader(path) as reader:
-        return reader.canonical_hash(), stream.most
+        return reader.canonical_hash(), queue.most
 
 
 @pytest.mark.parametrize("algorithm", ["dm-me", "map-elites"])
@@ -68,10 +69,13 @@ def test_the_order_of_finishing_does_not_matter(monkeypatch, tmp_path, algorithm
 
 def test_generations_are_under_way_together_but_the_first(monkeypatch, tmp_path):
     _, most = evolve(monkeypatch, tmp_path / "run.tsmr", OVERLAPPING, 0)
-    assert MADE_UP.initial < most <= 4 * MADE_UP.batch_size
+    assert SIZES.initial < most <= 4 * SIZES.batch_size
     with RunReader(tmp_path / "run.tsmr") as reader:
         counts = [g.n_evaluations for g in reader.generations()]
-    expected = [*range(MADE_UP.initial, MADE_UP.evaluations, MADE_UP.batch_size), MADE_UP.evaluations]
+    expected = [
+        *range(SIZES.initial, MADE_UP.evaluations, SIZES.batch_size),
+        MADE_UP.evaluations,
+    ]
     assert counts == expected
 
 
@@ -79,7 +83,7 @@ def test_none_is_the_published_algorithm(monkeypatch, tmp_path):
     with_overlap, _ = evolve(monkeypatch, tmp_path / "a.tsmr", OVERLAPPING, 0)
     without, most = evolve(monkeypatch, tmp_path / "b.tsmr", MADE_UP, 0)
     assert with_overlap != without
-    assert most == MADE_UP.initial
+    assert most == SIZES.initial
 
 
 @examples(8)
@@ -106,7 +110,7 @@ def test_parents_are_as_many_generations_old():
     with pytest.raises(ValueError, match="exactly"):
         algorithm.tell([made_up_evaluation(s) for s in asked[1]])
     algorithm.tell([made_up_evaluation(s) for s in asked[0]])
-    assert len(algorithm.ask()) == MADE_UP.batch_size
+    assert len(algorithm.ask()) == SIZES.batch_size
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.export import simulate_trial
 from engine.fabrication.materials import load_materials
-from engine.runs.evolve import versions
 from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.provenance import versions
 from engine.tasks import get_task
 from viz.build_sheet.facts import Facts, Place
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
-from engine.search.algorithm import Axis
-from engine.search.axes import body_cell
+from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from viz.maps import axis_labels
 from viz.maps.coloring import AGE, FITNESS, by_number, by_visits

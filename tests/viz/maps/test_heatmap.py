@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.search.algorithm import Axis
+from engine.search.axes import Axis
 from viz.maps.heatmap import LEFT, Heatmap, Ring, Tile, render
 from viz.maps.scale import NO_VALUE, Scale
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
-from engine.storage.lineage import Ancestor
+from engine.storage.rows import Ancestor
 from viz.robot import lineage_list, servo_plot, tension_legend
 from viz.robot.geometry import full_tension
 from viz.robot.network_diagram import NetworkDiagram, sensed_line

@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.search.algorithm import Axis
 from engine.search.archive import Cell
+from engine.search.axes import Axis
 from viz.maps.heatmap import Ring, Tile
 from viz.maps.nested import MARK, Geometry, NestedMap, render, ring_style
 from viz.maps.scale import Scale

@@ -7,7 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.simulation.model import Physics, build_robot, module_placements
+from engine.simulation.model import build_robot, module_placements
+from engine.simulation.physics import Physics
 from viz.robot.geometry import RobotGeometry
 
 BODY = Morphology(5, (3, 6, 1))

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from engine.replay.what_if import with_face, with_modules
+from engine.body.morphology import with_face, with_modules
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.robot.what_if_table import compare, render_genes, render_table, scores_at

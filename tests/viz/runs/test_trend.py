@@ -3,7 +3,7 @@ from __future__ import annotations
 import json
 from xml.etree import ElementTree
 
-from engine.storage.generations import ArchiveFigures, Generation
+from engine.storage.rows import ArchiveFigures, Generation
 from viz.runs import trend
 
 

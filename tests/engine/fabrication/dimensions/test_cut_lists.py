@@ -6,7 +6,8 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cut_lists import cables, rods, stock_plan
 from engine.fabrication.materials import load_materials
-from engine.simulation.model import Physics, build_spec
+from engine.simulation.model import build_spec
+from engine.simulation.physics import Physics
 
 MATERIALS = load_materials("tpu-85a")
 

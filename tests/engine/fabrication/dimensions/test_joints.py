@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.joints import joints, orientations
-from engine.simulation.model import Physics, build_spec, module_placements
+from engine.simulation.model import build_spec, module_placements
+from engine.simulation.physics import Physics
 
 
 @given(faces=st.lists(st.integers(1, 8), min_size=2, max_size=5).map(tuple))

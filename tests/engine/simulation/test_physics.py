@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 import engine.runs.evolve
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
-from engine.simulation.evaluation import LocalEvaluator, Solution, TrialConfig
-from engine.simulation.model import Physics
-from engine.simulation.timestep import check_timestep, largest_timestep, with_inertia
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.physics import Physics, check_timestep, largest_timestep, with_inertia
+from engine.simulation.trials import TrialConfig
 from engine.tasks import GOAL_REACHING
 from tests.support.made_up import TINY, evolved_controller, examples
 

@@ -1,8 +1,10 @@
-"""Which time steps the integrator survives.
+"""What a run may choose of the physics, and which time steps the integrator survives.
 
-The integrator is explicit in the cables' forces, so the step is limited by how fast they brake and how
-fast they swing the lightest bodies that they hold. Both go with the inertia, which is scaled; the forces
-are not.
+Friction, contact, inertia and noise are set here, in ``Physics``; ``model`` turns them into a MuJoCo model.
+
+The integrator is explicit in the cables' forces. How fast the cables brake the lightest bodies that they
+hold, and how fast these swing, limits the time step. Both rates fall with the inertia, which is scaled; the
+forces are not.
 """
 
 from __future__ import annotations
@@ -11,8 +13,68 @@ import dataclasses
 import math
 from typing import Final
 
+from engine.body import module as t
 from engine.errors import InvalidData
-from engine.simulation.model import MOST_PARTS, Physics
+
+MOST_PARTS: Final = 100_000
+"""Most time steps in a control period, and most of those in a second: a run file may come from anywhere."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Physics:
+    """How the robot is simulated; part of a run's configuration.
+
+    Friction is the published rod-on-ground coefficient. The contact's hardness, bounce and impedance ratio
+    were chosen on robots that the published simulator replayed, among those whose results do not hang on
+    the time step; ``docs/physics.md`` says how well they do and where they do not.
+    """
+
+    timestep: float = 0.0025
+    """Step of the integrator, in s."""
+    control_period: float = 0.02
+    """Time between two controller updates, in s; a whole number of time steps."""
+    inertia_scale: float = 10.0
+    """Factor on every inertia (mass scaling), with gravity divided by it so that weights stay real."""
+    rod_inertia: float = 3.0
+    """Further factor on the rotational inertia of the plain rods (selective mass scaling): their own turning
+    is the fastest motion of a module and what limits the time step."""
+    friction: float = 0.5
+    """Sliding friction coefficient of every contact."""
+    impratio: float = 100.0
+    """MuJoCo's ratio of frictional to normal constraint impedance: higher slips less."""
+    contact_time: float = 0.02
+    """MuJoCo's time constant of every contact, in s: larger is softer."""
+    contact_damping: float = 1.0
+    """MuJoCo's damping ratio of every contact: 1 does not bounce."""
+    servo_noise: float = t.SERVO_NOISE
+    """Standard deviation of the noise on every commanded internal cable length, in m."""
+
+    def __post_init__(self) -> None:
+        for name in (f.name for f in dataclasses.fields(self) if f.name != "servo_noise"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
+        if not 1e-3 <= self.inertia_scale <= 1e3:
+            raise InvalidData(f"physics: inertia_scale must be from 0.001 to 1000, not {self.inertia_scale}")
+        if not 0.0 <= self.servo_noise < math.inf:
+            raise InvalidData(f"physics: servo_noise must not be negative, not {self.servo_noise}")
+        for what, ratio in (
+            (
+                "control_period must be a whole number of time steps",
+                self.control_period / self.timestep,
+            ),
+            ("1 s must be a whole number of control periods", 1.0 / self.control_period),
+        ):
+            if not 1.0 <= ratio <= MOST_PARTS or abs(ratio - round(ratio)) > 1e-6:
+                raise InvalidData(
+                    f"physics: {what}, {MOST_PARTS} at most; timestep is {self.timestep:.9g} s,"
+                    f" control_period {self.control_period:.9g} s"
+                )
+
+    @property
+    def steps_per_control(self) -> int:
+        """Time steps between two controller updates."""
+        return round(self.control_period / self.timestep)
+
 
 ROD_BRAKING_RATE: Final = 12_700.0
 """Largest rate in 1/s at which the cables brake a turning rod, all inertia real."""

@@ -1,0 +1,106 @@
+"""The command ``info``: what a run file holds."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+from engine.config import to_json
+from engine.simulation.provenance import differing
+from engine.storage.reader import RunReader
+from engine.storage.rows import Generation
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Info:
+    """Say what a run file holds."""
+
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    json: bool = False
+    """Print JSON, with the hash that equal runs share."""
+
+    def run(self, _: Console) -> None:
+        """Print to standard output, for people or as JSON.
+
+        Raises:
+            RunFileError: the file cannot be read.
+        """
+        with RunReader(self.path) as reader:
+            facts = _facts(reader)
+            if self.json:
+                facts["config"] = to_json(reader.config)
+                facts["hash"] = reader.canonical_hash()
+                print(json.dumps(facts, indent=2))
+                return
+            lines = list(_lines(reader, facts))
+        out = Console(highlight=False, soft_wrap=True)
+        for name, text in lines:
+            out.print(f"{name:<12} {text}", markup=False)
+
+
+def _facts(reader: RunReader) -> dict[str, Any]:
+    generations = reader.generations()
+    last = generations[-1] if generations else None
+    return {
+        "path": str(reader.path),
+        "task": reader.config.task,
+        "algorithm": reader.config.algorithm,
+        "evaluations": reader.n_evaluations(),
+        "budget": reader.config.evaluations,
+        "failed": last.n_failed if last else 0,
+        "generations": len(generations),
+        "seconds": round(last.seconds, 1) if last else 0.0,
+        "created_at": reader.created_at,
+        "projection": reader.projection,
+        "live": reader.is_live,
+        "versions": reader.versions,
+        "archives": _archive_facts(last),
+        "computed_on": [{"evaluations": n, **dataclasses.asdict(c)} for c, n in reader.computers().items()],
+    }
+
+
+def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
+    if last is None:
+        return {}
+    return {
+        name: {
+            "best_cm": None if f.best is None else round(100 * f.best, 3),
+            "qd_score_cm": round(100 * f.qd_score, 3),
+            "coverage": round(f.coverage, 4),
+        }
+        for name, f in last.archives.items()
+    }
+
+
+def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the name and the text of every line for people."""
+    for key in ("task", "algorithm", "generations", "created_at", "live"):
+        yield key, facts[key]
+    yield "evaluations", f"{facts['evaluations']} of {facts['budget']}"
+    if reader.projection is not None:
+        kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
+        yield "projection", f"of {source}: {kind}"
+    yield "failed", facts["failed"]
+    if reader.task_change:
+        yield "note", f"{reader.task_change}: results may differ"
+    computers = reader.computers()
+    for computer, n in computers.items():
+        yield "computed on", f"{computer}: {n} evaluations"
+    for difference in differing(list(computers)):
+        yield "note", f"computers differ in {difference}: the last bits may too"
+    for name, figures in facts["archives"].items():
+        if figures["best_cm"] is None:
+            yield name, "empty"
+        else:
+            yield (
+                name,
+                f"best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f} cm,"
+                f" coverage {figures['coverage']:.0%}",
+            )

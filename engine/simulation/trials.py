@@ -1,0 +1,180 @@
+"""What a robot is tried at, and the one way in which trials begin: settling, the head, target and walls."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from engine.body.morphology import Morphology
+from engine.control.genome import Controller
+from engine.errors import InvalidData
+from engine.simulation.divergence import Failure
+from engine.simulation.physics import Physics
+from engine.simulation.rollout import (
+    OPEN_LOOP_TIME,
+    BatchObserver,
+    ClosedLoop,
+    Head,
+    build_robots,
+    find_heads,
+    settle,
+)
+from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, target_offsets, worlds
+from engine.tasks.walls import Wall
+
+MAX_REPEATS: Final = 100
+LONGEST: Final = 1000.0
+"""Seconds of any part of a trial, at most: a replay keeps its frames, and runs may come from anywhere."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class TrialConfig:
+    """How long and how often a solution is tried; part of a run's configuration."""
+
+    repeats: int = 2
+    """Simulations per target, each with its own noise."""
+    settle_time: float = SETTLE_TIME
+    """Seconds without actuation before the target is placed."""
+    open_loop_time: float = OPEN_LOOP_TIME
+    """Seconds of open-loop motion that show which end is the head."""
+    trial_time: float = TRIAL_TIME
+    """Seconds a trial lasts."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.repeats <= MAX_REPEATS:
+            raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {self.repeats}")
+        for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
+            if not least <= getattr(self, name) <= LONGEST:
+                raise InvalidData(
+                    f"{name} must be from {least:g} to {LONGEST:g} s, not {getattr(self, name)}"
+                )
+
+
+def fresh_number(number: int, sample: int) -> int:
+    """Return the number under which a solution gets noise of its own, instead of that of its evaluation.
+
+    Args:
+        number: of the solution.
+        sample: 0 for the recorded noise; any other number for noise that no evaluation of the run has, and
+            no other sample of this solution.
+    """
+    # no run has as many evaluations
+    return number + sample * 2**32
+
+
+def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, ...]:
+    """Return the seed of one simulation's actuation noise."""
+    return (run_seed, number, target, repeat)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Trial:
+    """One simulation of an evaluation.
+
+    Attributes:
+        target: which of the task's targets decides its walls and its noise.
+        repeat: which noise seed of that target.
+        offset: (2,) the target in the settled head's frame: x ahead, y left, in m.
+        walls: that go up when the target is placed, in the settled head's frame.
+    """
+
+    target: int
+    repeat: int
+    offset: np.ndarray
+    walls: tuple[Wall, ...]
+
+
+def trials_of(task: Task, n_modules: int, repeats: int) -> list[Trial]:
+    """Return all trials of an evaluation, in its order: every noise seed of the first target, then the next.
+
+    Args:
+        task: that places targets and walls.
+        n_modules: of the robots; worlds may depend on it.
+        repeats: noise seeds per target.
+    """
+    places = zip(target_offsets(task), worlds(task, n_modules), strict=True)
+    return [
+        Trial(target, repeat, offset, walls)
+        for target, (offset, walls) in enumerate(places)
+        for repeat in range(repeats)
+    ]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class StartedTrials:
+    """Robots that have settled, at the start of their trials.
+
+    Attributes:
+        loop: drives them: every robot in every trial.
+        heads: which end of each is its head.
+        settling, head_search: per robot why that part failed, or None.
+    """
+
+    loop: ClosedLoop
+    heads: list[Head]
+    settling: list[Failure | None]
+    head_search: list[Failure | None]
+
+
+def start_trials(
+    morphologies: Sequence[Morphology],
+    controllers: Sequence[Controller],
+    trials: Sequence[Trial],
+    *,
+    numbers: Sequence[int],
+    run_seed: int,
+    task: Task,
+    physics: Physics,
+    times: TrialConfig,
+    heads: Sequence[Head] | None = None,
+    n_threads: int = 1,
+    observer: BatchObserver | None = None,
+) -> StartedTrials:
+    """Let robots of one size settle, find their heads, and place targets and walls.
+
+    Whatever simulates a trial starts here, so that a replay or a what-if is what an evaluation would be.
+
+    Args:
+        morphologies: the robots' bodies, all with equally many modules.
+        controllers: one per robot.
+        trials: what every robot is tried at.
+        numbers: per robot that of the evaluation whose noise it gets, see ``noise_seed``.
+        run_seed: first part of every noise seed.
+        task: what the controllers sense and how the end scores.
+        physics: how the robots are simulated.
+        times: how long they settle and are looked for their heads.
+        heads: their heads where these are known; they are not looked for then.
+        n_threads: threads that simulate.
+        observer: sees the robots settle.
+    """
+    robots = build_robots(morphologies, physics)
+    settled = settle(
+        robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
+    )
+    lost: list[Failure | None] = [None] * len(robots)
+    if heads is None:
+        heads, lost = find_heads(
+            settled,
+            robots,
+            morphologies,
+            physics=physics,
+            n_threads=n_threads,
+            duration=times.open_loop_time,
+        )
+    offsets = np.array([trial.offset for trial in trials])
+    loop = ClosedLoop(
+        settled,
+        robots,
+        heads=heads,
+        controllers=controllers,
+        targets=np.broadcast_to(offsets, (len(robots), *offsets.shape)),
+        seeds=[[noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers],
+        task=task,
+        physics=physics,
+        n_threads=n_threads,
+        walls=[trial.walls for trial in trials],
+    )
+    return StartedTrials(loop, list(heads), list(settled.failures), lost)
