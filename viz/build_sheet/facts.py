@@ -14,9 +14,8 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.export import Trial
-from engine.fabrication.joints import joints
-from engine.identity import robot_hash, robot_id
+from engine.export import Trial, robot_hash, robot_id
+from engine.fabrication.dimensions.joints import joints
 from engine.search.archive import Cell, cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head

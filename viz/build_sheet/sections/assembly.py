@@ -11,15 +11,14 @@ from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
 
 from engine.body import module as t
-from engine.fabrication import tolerances
-from engine.fabrication.cables import CableDesign, design_cables
-from engine.fabrication.contraction import contraction
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.cables import CableDesign, design_cables
+from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import EYELET_HOLE
-from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
-from engine.fabrication.shapes import notch_angles
+from engine.fabrication.parts.net import EYELET_HOLE
+from engine.fabrication.parts.servo_parts import ROD_DIAMETER, elastic_length
+from engine.fabrication.parts.shapes import notch_angles
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body

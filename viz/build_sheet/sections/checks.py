@@ -6,11 +6,11 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication import tolerances as tol
-from engine.fabrication.cut_lists import cables
+from engine.fabrication.dimensions import tolerances as tol
+from engine.fabrication.dimensions.cut_lists import cables
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import drum_errors
+from engine.fabrication.parts.servo_parts import drum_errors
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper

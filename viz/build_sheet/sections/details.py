@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from reportlab.lib.colors import Color
 
-from engine.fabrication import servo_parts as sp
-from engine.fabrication import shapes as p
-from engine.fabrication.cables import CableDesign
+from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.materials import CAP_TIP, Materials, ServoMotor
-from engine.fabrication.net import EYELET_HOLE, EYELET_RADIUS
+from engine.fabrication.parts import servo_parts as sp
+from engine.fabrication.parts import shapes as p
+from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS
 from viz.build_sheet import style
 from viz.build_sheet.pen import Pen
 

@@ -10,8 +10,8 @@ from reportlab.lib.colors import white
 from reportlab.platypus import Flowable, Table, TableStyle
 
 from engine.body import module as t
-from engine.fabrication.joints import Joint, joints, orientations
-from engine.fabrication.shapes import LINK_PITCH
+from engine.fabrication.dimensions.joints import Joint, joints, orientations
+from engine.fabrication.parts.shapes import LINK_PITCH
 from engine.simulation.model import module_placements
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved

@@ -8,7 +8,7 @@ from engine.fabrication.bill_of_materials import Part, parts
 from engine.fabrication.buildability import problems
 from engine.fabrication.mass_balance import MassBalance, mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import LINE_HOLE
+from engine.fabrication.parts.servo_parts import LINE_HOLE
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.sections import shopping

@@ -7,9 +7,9 @@ from reportlab.lib.colors import Color, HexColor
 from reportlab.platypus import Flowable, Table, TableStyle
 
 from engine.body import module as t
-from engine.fabrication.cables import design_cables
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import EYELET_HOLE, Net, lay_out, module_net
+from engine.fabrication.parts.net import EYELET_HOLE, Net, lay_out, module_net
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture

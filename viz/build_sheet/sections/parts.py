@@ -5,11 +5,10 @@ from __future__ import annotations
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication.cables import CableDesign, design_cables, section_source
-from engine.fabrication.cut_lists import Cable, cables
+from engine.fabrication.dimensions.cables import CableDesign, design_cables, section_source
+from engine.fabrication.dimensions.cut_lists import Cable, cables, rods, stock_plan
+from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
-from engine.fabrication.pull_test import coupon
-from engine.fabrication.rods import rods, stock_plan
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
@@ -103,7 +102,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
             if d.section.round
             else f"{1000 * d.section.width:.2f} wide × {1000 * d.section.thickness:.2f} high"
         )
-        if d.problems:
+        if not d.works:
             marked.append(len(rows))
         rows.append(
             [

@@ -8,11 +8,11 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.dimensions.cut_lists import stock_plan
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.rods import stock_plan
-from engine.fabrication.servo_parts import elastic_length
+from engine.fabrication.parts.printed_parts import printed_parts
+from engine.fabrication.parts.servo_parts import elastic_length
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper

@@ -10,10 +10,10 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication import tolerances
+from engine.fabrication.dimensions import tolerances
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import drum_errors, drum_order, groove_radii
+from engine.fabrication.parts.servo_parts import drum_errors, drum_order, groove_radii
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
