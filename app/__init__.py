@@ -1,17 +1,20 @@
-"""What a person runs: the command line and the browser app. It imports viz and engine.
+"""What a person runs: the command line and the browser app. Imports engine and viz; nothing imports it.
 
-From the door inwards; a room imports only those below it in this list. What is typed is handled in ``cli``;
-where a click leads is decided in ``session``.
+Read in this order; a room imports only rooms above it in this list:
 
-- ``__main__``: ``python -m app`` is ``tensatlas``.
-- ``cli``: one file per command.
-- ``server``: serves the app to browsers.
-- ``session``: one browser: makes its panels and connects them to each other and to the page's address.
-- ``downloads``: what one takes along: a robot as a folder, a replay as a file, tables, the basket.
-- ``state``: what one browser looks at.
-- ``robot``: panels about the chosen robot.
-- ``maps``: which maps are shown, and how. ``replay``: a replay in the 3D scene, and its transport.
-- ``runs``: run files: offered, started, uploaded, compared.
-- ``gui``: what viser lacks. ``worker_flags``: who computes, as flags.
-  ``limits``: how much a visitor may have simulated.
+- ``state``: what one browser looks at, and who alone changes each part.
+- ``limits``: how much a visitor may have simulated. ``worker_flags``: who computes, as flags of commands.
+- ``gui``: what viser lacks: access, clicks on pictures, values of a page.
+- ``runs``: run files: found, started, uploaded, compared.
+- ``maps``: the left panel: which maps of a run, drawn how.
+- ``replay``: a replay in the 3D scene, and its transport.
+- ``robot``: the right panel: what there is to know about the chosen robot, and what is replayed.
+- ``downloads``: what one takes along.
+- ``session``: builds all of this for one browser and connects it.
+- ``server``: serves browsers.
+- ``cli``: the commands. ``__main__``: ``python -m app``.
+
+A click on a cell goes from ``gui.click_channel`` to ``Session.pick`` and on to ``ChosenRobot.choose``. That
+loads what ``ReplaySource.replay`` returns into the player, which then calls ``ReplaySource.show`` for every
+frame.
 """

@@ -1,16 +1,55 @@
-"""What one browser looks at: everything that a session remembers, in one place."""
+"""What one browser looks at: the run and its generations, the chosen robot and its trial.
+
+Each part has one owner, who alone changes it; all others only read. The basket has its owner in
+``app.downloads``, how maps are drawn in ``app.maps``.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
-from app.downloads.basket import Item
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
 from engine.storage.rows import Ancestor, Generation
+
+
+@dataclasses.dataclass(slots=True)
+class ShownRun:
+    """The run that is shown. Only ``Session`` changes it.
+
+    Attributes:
+        path: of the run, None before one is shown.
+        reader: what the screen shows of it; another one than the library's now if the file was replaced.
+        generations: the closed generations of the run, in order.
+        follow_newest: whether the maps move on with a live run.
+    """
+
+    path: Path | None = None
+    reader: RunReader | None = None
+    generations: list[Generation] = dataclasses.field(default_factory=list)
+    follow_newest: bool = True
+
+    def begin(self, path: Path, reader: RunReader) -> None:
+        """Show another run, of which no generation is known yet."""
+        self.path, self.reader = path, reader
+        self.generations, self.follow_newest = [], True
+
+    def add(self, generations: Sequence[Generation]) -> None:
+        """Take note of generations that have been closed since the last ones."""
+        self.generations += generations
+
+    def look_at(self, number: int) -> None:
+        """Follow a live run from its last generation on, and from no other."""
+        self.follow_newest = self.last is not None and number == self.last.number
+
+    @property
+    def last(self) -> Generation | None:
+        """The last closed generation of the run."""
+        return self.generations[-1] if self.generations else None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -49,37 +88,25 @@ class Selection:
 
 
 @dataclasses.dataclass(slots=True)
-class SessionState:
-    """The state of a session. Only ``Session`` changes it; a panel is told what to show.
+class Choice:
+    """The chosen robot and the trial of it that is replayed. Only ``ChosenRobot`` changes it.
 
     Attributes:
-        path: of the run that is shown, None before one is.
-        reader: what the screen shows of it; another one than the library's now if the file was replaced.
-        generations: the closed generations of the run, in order.
-        follow_newest: whether the maps move on with a live run.
-        wanted_generation: where the slider was last.
-        selection: the chosen robot.
-        trial: of it that is replayed.
-        basket: robots that were put aside, of any runs.
+        selection: the robot, None for none.
+        trial: of the robot.
     """
 
-    path: Path | None = None
-    reader: RunReader | None = None
-    generations: list[Generation] = dataclasses.field(default_factory=list)
-    follow_newest: bool = True
-    wanted_generation: int = 0
     selection: Selection | None = None
     trial: TrialChoice = FIRST_TRIAL
-    basket: tuple[Item, ...] = ()
 
-    def begin(self, path: Path, reader: RunReader) -> None:
-        """Forget all of another run; the basket stays."""
-        self.path, self.reader = path, reader
-        self.generations, self.follow_newest = [], True
-        self.selection = None
-        self.trial = FIRST_TRIAL
+    def select(self, selection: Selection) -> None:
+        """Choose another robot; the trial stays until one is chosen."""
+        self.selection = selection
 
-    @property
-    def last(self) -> Generation | None:
-        """The last closed generation of the run."""
-        return self.generations[-1] if self.generations else None
+    def replay(self, trial: TrialChoice) -> None:
+        """Choose another trial."""
+        self.trial = trial
+
+    def forget(self) -> None:
+        """Choose no robot."""
+        self.selection, self.trial = None, FIRST_TRIAL

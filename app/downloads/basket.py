@@ -1,28 +1,43 @@
-"""The robots that one browser's user has put aside, from any runs."""
+"""The robots that one browser's user has put aside, from any runs; the browser's tab remembers them."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
-from app.downloads.export_choice import ExportChoice
-from app.downloads.recording import Progress
+import viser
+
 from app.downloads.robot_folder import robot_folder
+from app.gui.browser_value import BrowserValue
+from app.gui.file_maker import ProgressCallback
 from engine.errors import InvalidData
+from engine.fabrication.materials import PRESETS, Materials, load_materials
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.build_sheet.facts import Place
+from viz.build_sheet.style import PaperName
 
 MOST: Final = 50
 """Robots that a basket holds; simulating them for their export takes minutes."""
+PAPERS: Final[dict[str, PaperName]] = {"A4": "a4", "Letter": "letter"}
+"""Names of papers for people, the usual one first."""
+MEMORY_KEY: Final = "tensatlas-basket"
+"""Under which a tab remembers its basket."""
+MAX_MEMORY: Final = 20_000
+"""Characters of the longest memory that is read."""
+MAX_NUMBER: Final = 10**9
+"""Numbers of evaluations lie below it."""
+Kept = tuple[str, int]
+"""Name of a run, as its list has it, and number of an evaluation: what a tab remembers of a robot."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Item:
+class BasketItem:
     """A robot in the basket.
 
     Attributes:
@@ -47,7 +62,9 @@ class Item:
         return f"{self.path.stem}_robot_{self.number}"
 
 
-def item_of(reader: RunReader, evaluation: Evaluation, archive: str = "", cell: Cell | None = None) -> Item:
+def item_of(
+    reader: RunReader, evaluation: Evaluation, archive: str = "", cell: Cell | None = None
+) -> BasketItem:
     """Return a robot as a basket holds it.
 
     Args:
@@ -58,10 +75,10 @@ def item_of(reader: RunReader, evaluation: Evaluation, archive: str = "", cell: 
     """
     solution, distance = evaluation.solution, get_task(reader.config.task).target_distance
     f_s = None if evaluation.fitness is None else 100.0 * (distance - evaluation.fitness)
-    return Item(reader.path, solution.number, solution.morphology.n_modules, f_s, archive, cell)
+    return BasketItem(reader.path, solution.number, solution.morphology.n_modules, f_s, archive, cell)
 
 
-def added(basket: Iterable[Item], item: Item) -> tuple[Item, ...]:
+def added(basket: Iterable[BasketItem], item: BasketItem) -> tuple[BasketItem, ...]:
     """Return a basket with one more robot, at its end.
 
     Raises:
@@ -75,7 +92,7 @@ def added(basket: Iterable[Item], item: Item) -> tuple[Item, ...]:
     return (*items, item)
 
 
-def folder_names(basket: Iterable[Item]) -> list[str]:
+def folder_names(basket: Iterable[BasketItem]) -> list[str]:
     """Return a folder name for each robot; runs of equal names in different folders are told apart."""
     names: list[str] = []
     for item in basket:
@@ -86,7 +103,30 @@ def folder_names(basket: Iterable[Item]) -> list[str]:
     return names
 
 
-def exported(item: Item, reader: RunReader, progress: Progress, choice: ExportChoice) -> dict[str, bytes]:
+@dataclasses.dataclass(frozen=True, slots=True)
+class ExportChoice:
+    """What an export is made with."""
+
+    materials: Materials
+    paper: PaperName
+
+    @classmethod
+    def of(cls, paper: object, material: object) -> ExportChoice:
+        """Read what a browser sends: nothing but what is on offer, so that no name is ever used as a path.
+
+        Raises:
+            InvalidData: one of the two is not on offer.
+        """
+        if not isinstance(paper, str) or paper not in PAPERS:
+            raise InvalidData(f"Choose a paper: {' or '.join(PAPERS)}.")
+        if not isinstance(material, str) or material not in PRESETS:
+            raise InvalidData(f"Choose a material: {', '.join(PRESETS)}.")
+        return cls(load_materials(material), PAPERS[paper])
+
+
+def exported(
+    item: BasketItem, reader: RunReader, progress: ProgressCallback, choice: ExportChoice
+) -> dict[str, bytes]:
     """Return a robot's folder: content by name.
 
     Args:
@@ -105,9 +145,9 @@ def exported(item: Item, reader: RunReader, progress: Progress, choice: ExportCh
 
 
 def export_basket(
-    basket: Iterable[Item],
+    basket: Iterable[BasketItem],
     reader: Callable[[Path], RunReader],
-    progress: Progress,
+    progress: ProgressCallback,
     choice: ExportChoice,
 ) -> dict[str, bytes]:
     """Return the exports of all robots, each in a folder of its own.
@@ -132,3 +172,39 @@ def export_basket(
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("packing", len(items), len(items))
     return files
+
+
+def parse_memory(text: str) -> list[Kept]:
+    """Read what a browser says that it remembers; what is not well formed is left out."""
+    if len(text) > MAX_MEMORY:
+        return []
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return []
+    kept: list[Kept] = []
+    for entry in found if isinstance(found, list) else ():
+        match entry:
+            case [str(name), int(number)] if not isinstance(number, bool) and 0 <= number < MAX_NUMBER:
+                if (name, number) not in kept:
+                    kept.append((name, number))
+            case _:
+                pass
+    return kept[:MOST]
+
+
+class BasketMemory:
+    """Reads a tab's memory once, when its page is there, and writes it from then on.
+
+    Args:
+        gui: of one client, at a place that is always on the page.
+        remembered: called with what the tab remembers.
+    """
+
+    def __init__(self, gui: viser.GuiApi, remembered: Callable[[list[Kept]], None]) -> None:
+        memory = f"(sessionStorage.getItem('{MEMORY_KEY}')||'[]')"
+        self._value = BrowserValue(gui, "basket memory", memory, lambda text: remembered(parse_memory(text)))
+
+    def keep(self, robots: Sequence[Kept]) -> None:
+        """Let the tab remember robots instead of those before."""
+        self._value.change(f"sessionStorage.setItem('{MEMORY_KEY}',{json.dumps(json.dumps(robots))})")

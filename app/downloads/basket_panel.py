@@ -8,10 +8,10 @@ from typing import Final
 
 import viser
 
-from app.downloads.basket import Item
-from app.downloads.export_choice import ExportChooser
+from app.downloads.basket import PAPERS, BasketItem, ExportChoice
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
+from app.gui.widgets import ignoring_event, in_a_row, put_html
+from engine.fabrication.materials import PRESETS
 from viz.runs import basket_list
 
 RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
@@ -19,7 +19,7 @@ RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class BasketEvents:
     """What the panel reports."""
 
     record: Callable[[str], None]
@@ -38,14 +38,14 @@ class BasketPanel:
         events: what the user does.
     """
 
-    def __init__(self, client: viser.ClientHandle, events: Events) -> None:
+    def __init__(self, client: viser.ClientHandle, events: BasketEvents) -> None:
         gui = client.gui
         with gui.add_folder("Take along", expand_by_default=False):
             self.exports = ExportChooser(gui)
             self._add = gui.add_button(
                 "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
             )
-            self._add.on_click(_call(events.add))
+            self._add.on_click(ignoring_event(events.add))
             handler = ClickChannel(
                 gui, lambda name, at: self._clicked(name, at, events), label="basket clicks"
             ).handler
@@ -57,11 +57,11 @@ class BasketPanel:
                 icon=viser.Icon.DOWNLOAD,
                 hint="The exports of all robots in the basket as one zip",
             )
-            self._download.on_click(_call(events.download))
+            self._download.on_click(ignoring_event(events.download))
             self._clear = gui.add_button(
                 "Clear basket", color="gray", icon=viser.Icon.TRASH, hint="Take all robots out"
             )
-            self._clear.on_click(_call(events.clear))
+            self._clear.on_click(ignoring_event(events.clear))
             self._recordings = gui.add_button_group(
                 "Replay as",
                 tuple(RECORDINGS),
@@ -81,7 +81,7 @@ class BasketPanel:
                 icon=viser.Icon.TABLE,
                 hint="All elites of the run as CSV, with pyribs' column names",
             )
-            self._table.on_click(_call(events.table))
+            self._table.on_click(ignoring_event(events.table))
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:
@@ -90,17 +90,39 @@ class BasketPanel:
         # viser cannot disable a group of buttons
         self._recordings.visible = chosen
 
-    def show_basket(self, basket: Sequence[Item]) -> None:
+    def show_basket(self, basket: Sequence[BasketItem]) -> None:
         """List what is in the basket."""
         rows = [(i.path.stem, i.number, i.modules, i.f_s) for i in basket]
         put_html(self._list, basket_list.render(rows, self._handler))
         self._download.visible = self._clear.visible = bool(basket)
         self._download.label = f"Download basket ({len(basket)})"
 
-    def _clicked(self, name: str, at: tuple[int, ...], events: Events) -> None:
+    def _clicked(self, name: str, at: tuple[int, ...], events: BasketEvents) -> None:
         if name == basket_list.REMOVE and len(at) == 1:
             events.remove(at[0])
 
 
-def _call(action: Callable[[], None]) -> Callable[[viser.GuiEvent], None]:
-    return lambda _event: action()
+class ExportChooser:
+    """Asks for the paper and the material of exports: two lists in a row.
+
+    Args:
+        gui: of one browser, at the place where the lists go.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._paper = gui.add_dropdown(
+            "Paper", tuple(PAPERS), hint="Paper that the build sheets of exports are printed on"
+        )
+        self._material = gui.add_dropdown(
+            "Material", PRESETS, hint="What exported robots are built from; docs/fabrication.md has more"
+        )
+        gui.add_html(in_a_row((self._paper, 38), (self._material, 62), labelled=1))
+
+    @property
+    def choice(self) -> ExportChoice:
+        """What is chosen.
+
+        Raises:
+            InvalidData: the browser has sent what is not on offer.
+        """
+        return ExportChoice.of(self._paper.value, self._material.value)

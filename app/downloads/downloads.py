@@ -7,16 +7,24 @@ from collections.abc import Callable
 
 import viser
 
-from app.downloads import basket
-from app.downloads.basket_memory import BasketMemory, Kept
-from app.downloads.basket_panel import BasketPanel, Events
-from app.downloads.recording import Progress, recording
+from app.downloads.basket import (
+    BasketItem,
+    BasketMemory,
+    Kept,
+    added,
+    export_basket,
+    exported,
+    item_of,
+)
+from app.downloads.basket_panel import BasketEvents, BasketPanel
+from app.downloads.recording import recording
 from app.gui.actions import Actions
-from app.gui.file_maker import File, FileMaker
+from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
 from app.limits import SimulationBudget
+from app.replay.player import Player
 from app.runs.library import Library
-from app.session.address import find_run, run_name
-from app.state import Selection, SessionState
+from app.runs.run_names import find_run, run_name
+from app.state import Choice, Selection, ShownRun
 from engine.analysis.elite_table import csv_bytes, elite_table
 from engine.errors import InvalidData, TensAtlasError
 from engine.files import zip_bytes
@@ -32,37 +40,40 @@ VIDEO_PRICE = 5
 NO_ROBOT = "Click a filled cell of a map first."
 
 
-class Takeaway:
-    """Makes the files that a user asks for.
+class Downloads:
+    """Makes the files that a user asks for, and keeps the basket.
 
     Args:
         client: the browser.
-        state: what it looks at.
+        run: that is shown.
+        choice: the chosen robot and its trial.
         library: the runs.
         actions: of the browser.
         maker: of its files.
-        budget: what it may have simulated.
-        moment: returns the moment of the replay that is shown, in s of the trial's clock.
+        player: of the replay that is shown.
+        budget: what the browser may have simulated.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        state: SessionState,
+        run: ShownRun,
+        choice: Choice,
         library: Library,
         actions: Actions,
         maker: FileMaker,
+        player: Player,
         *,
         budget: SimulationBudget,
-        moment: Callable[[], float],
     ) -> None:
-        self._state, self._library, self._actions = state, library, actions
+        self._run, self._choice, self._library, self._actions = run, choice, library, actions
+        self._maker, self._player, self._budget = maker, player, budget
+        self._basket: tuple[BasketItem, ...] = ()
         self._memory: BasketMemory | None = None
-        self._maker, self._budget, self._moment = maker, budget, moment
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
-            Events(
+            BasketEvents(
                 record=guarded(self.record),
                 table=guarded(self.table),
                 add=guarded(self.add),
@@ -80,10 +91,6 @@ class Takeaway:
         """
         self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
 
-    def close(self) -> None:
-        """Give up what is being made for a browser that has gone."""
-        self._maker.cancel()
-
     def export(self) -> None:
         """Send the folder of the chosen robot as a zip.
 
@@ -94,8 +101,8 @@ class Takeaway:
         (reader, item), choice = self._chosen_item(), self.panel.exports.choice
         name = item.name
 
-        def make(progress: Progress) -> File:
-            files = basket.exported(item, reader, progress, choice)
+        def make(progress: ProgressCallback) -> MadeFile:
+            files = exported(item, reader, progress, choice)
             progress("packing", 1, 1)
             return f"{name}.zip", zip_bytes(files, name)
 
@@ -107,11 +114,11 @@ class Takeaway:
         Raises:
             InvalidData: no robot is chosen, it is there already, or the basket is full.
         """
-        self._put(basket.added(self._state.basket, self._chosen_item()[1]))
+        self._put(added(self._basket, self._chosen_item()[1]))
 
     def remove(self, position: int) -> None:
         """Take a robot out of the basket; a position that is none does nothing."""
-        self._put(tuple(item for k, item in enumerate(self._state.basket) if k != position))
+        self._put(tuple(item for k, item in enumerate(self._basket) if k != position))
 
     def clear(self) -> None:
         """Take all robots out."""
@@ -123,14 +130,14 @@ class Takeaway:
         Raises:
             InvalidData: it is empty, another file is being made, or paper or material is none on offer.
         """
-        items, choice = self._state.basket, self.panel.exports.choice
+        items, choice = self._basket, self.panel.exports.choice
         if not items:
             raise InvalidData("The basket is empty; add the chosen robot first.")
         seconds = sum(self._seconds(self._library.reader(i.path)) for i in items)
 
-        def make(progress: Progress) -> File:
+        def make(progress: ProgressCallback) -> MadeFile:
             name = "tensatlas_basket"
-            files = basket.export_basket(items, self._library.reader, progress, choice)
+            files = export_basket(items, self._library.reader, progress, choice)
             return f"{name}.zip", zip_bytes(files, name)
 
         self._start("the basket", make, seconds)
@@ -142,13 +149,13 @@ class Takeaway:
             InvalidData: no robot is chosen.
         """
         reader, chosen = self._chosen()
-        state, moment, run = self._state, self._moment(), reader.path.stem
+        trial, moment, run = self._choice.trial, self._player.time, reader.path.stem
         # one of its own: what is played may be cancelled at any time
-        replay = Replay.of(reader.config, chosen.evaluation, state.trial)
+        replay = Replay.of(reader.config, chosen.evaluation, trial)
         where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
-        name = f"{run}_robot_{chosen.number}_{_file_part(state.trial)}.{kind}"
+        name = f"{run}_robot_{chosen.number}_{_file_part(trial)}.{kind}"
 
-        def make(progress: Progress) -> File:
+        def make(progress: ProgressCallback) -> MadeFile:
             content = recording(
                 replay,
                 kind,
@@ -168,15 +175,15 @@ class Takeaway:
         name = f"{reader.path.stem}.csv"
         self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
 
-    def _start(self, what: str, make: Callable[[Progress], File], seconds: float) -> None:
-        def paid(progress: Progress) -> File:
+    def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:
+        def paid(progress: ProgressCallback) -> MadeFile:
             self._budget.spend(seconds)
             return make(progress)
 
         self._maker.start(what, paid)
 
-    def _put(self, items: tuple[basket.Item, ...]) -> None:
-        self._state.basket = items
+    def _put(self, items: tuple[BasketItem, ...]) -> None:
+        self._basket = items
         self.panel.show_basket(items)
         if self._memory is not None:
             paths = self._library.runs()
@@ -185,16 +192,16 @@ class Takeaway:
 
     def _restore(self, kept: list[Kept]) -> None:
         """Put back what the basket held; say so if some of it is gone."""
-        paths, items = self._library.runs(), self._state.basket
+        paths, items = self._library.runs(), self._basket
         for name, number in kept:
             path = find_run(name, paths)
             try:
                 if path is not None:
                     reader = self._library.reader(path)
-                    items = basket.added(items, basket.item_of(reader, reader.evaluation(number)))
+                    items = added(items, item_of(reader, reader.evaluation(number)))
             except TensAtlasError:
                 log.info("robot %d of %s cannot be put back into a basket", number, path)
-        if items != self._state.basket:
+        if items != self._basket:
             self._put(items)
         if len(items) < len(kept):
             self._actions.notify("The basket", "Some of its robots are not here any more.")
@@ -204,16 +211,16 @@ class Takeaway:
         return trials.settle_time + trials.trial_time
 
     def _reader(self) -> RunReader:
-        return self._library.shown(self._state.path)
+        return self._library.shown(self._run.path)
 
-    def _chosen_item(self) -> tuple[RunReader, basket.Item]:
+    def _chosen_item(self) -> tuple[RunReader, BasketItem]:
         reader, chosen = self._chosen()
-        return reader, basket.item_of(reader, chosen.evaluation, chosen.archive, chosen.own_cell)
+        return reader, item_of(reader, chosen.evaluation, chosen.archive, chosen.own_cell)
 
     def _chosen(self) -> tuple[RunReader, Selection]:
-        if self._state.selection is None:
+        if self._choice.selection is None:
             raise InvalidData(NO_ROBOT)
-        return self._reader(), self._state.selection
+        return self._reader(), self._choice.selection
 
 
 def _file_part(trial: TrialChoice) -> str:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from engine.errors import ExportError
 from engine.replay.replay import Replay
@@ -12,12 +11,15 @@ from viz.recording.render import Renderer
 from viz.recording.standalone_replay import standalone_replay
 from viz.recording.video import video
 
+if TYPE_CHECKING:  # viser, which takes long to import, is of no use to a command
+    from app.gui.file_maker import ProgressCallback
+
 KINDS: Final = ("html", "png", "mp4")
-Progress = Callable[[str, int, int], None]
-"""Told what is being done and how much of how much of it is; what it raises ends the work."""
+SPEEDS: Final = (0.1, 20.0)
+"""Slowest and fastest video."""
 
 
-def simulate(replay: Replay, progress: Progress | None = None) -> None:
+def simulate(replay: Replay, progress: ProgressCallback | None = None) -> None:
     """Simulate a replay to the end of its trial, unless it has been.
 
     Raises:
@@ -46,7 +48,7 @@ def recording(
     at: float | None = None,
     speed: float = 1.0,
     look: Look | None = None,
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
 ) -> bytes:
     """Return a replay as a file; what of it is not simulated yet is.
 

@@ -1,4 +1,4 @@
-"""Everything that a person takes away of one robot: build sheet, files to make its parts, firmware, data."""
+"""Everything that one takes along of one robot: build sheet, files to make its parts, firmware, data."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import hashlib
 import importlib.metadata
 import json
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from app.downloads.recording import Progress
 from engine.body import module as t
 from engine.body import servo
 from engine.errors import InvalidData
@@ -27,6 +26,9 @@ from viz.build_sheet.facts import Facts, Place, gather
 from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
 from viz.recording.standalone_replay import standalone_replay
+
+if TYPE_CHECKING:  # viser, which takes long to import, is of no use to a command
+    from app.gui.file_maker import ProgressCallback
 
 STEPS: Final = 4
 MANIFEST_FORMAT: Final = "tensatlas-manifest"
@@ -67,7 +69,7 @@ def robot_folder(
     materials: Materials,
     place: Place | None = None,
     paper: PaperName = "a4",
-    progress: Progress = lambda _doing, _n, _total: None,
+    progress: ProgressCallback = lambda _doing, _n, _total: None,
 ) -> dict[str, bytes]:
     """Return name and content of every file of a robot's folder; equal arguments give equal bytes.
 

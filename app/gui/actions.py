@@ -10,7 +10,7 @@ from typing import ParamSpec
 
 import viser
 
-from engine.errors import TensAtlasError
+from engine.errors import Cancelled, TensAtlasError
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ class Actions:
         """Whether the browser has gone: no action begins any more."""
 
     def notify(self, title: str, body: str, *, stays: bool = False) -> None:
-        """Show a notice for a few seconds, or until it is closed, for who may look elsewhere."""
+        """Show a notice for a few seconds, or until the user closes it."""
         self._client.add_notification(title, body, auto_close_seconds=None if stays else 6.0)
 
     def guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
@@ -49,6 +49,8 @@ class Actions:
                     return
                 try:
                     action(*args, **kwargs)
+                except Cancelled:  # nobody waits for it, nor for a word about it
+                    return
                 except TensAtlasError as e:
                     self.notify("That did not work", str(e))
                 except Exception:  # a fault of ours: say so, keep the app going

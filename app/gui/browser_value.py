@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import viser
 
-from app.gui.click_channel import script, sender
+from app.gui.page_channel import SCRIPT, add_channel, run_script
 from app.gui.viser_private import uuid_of
-from app.gui.widgets import add_channel, put_html
+from app.gui.widgets import put_html
 
 
-class PageValue:
+class BrowserValue:
     """Reads the value once, when the page is there, and changes it from then on.
 
     Args:
@@ -27,8 +27,7 @@ class PageValue:
         self._known = False
         channel = add_channel(gui, label)
         self._writer = gui.add_html("")
-        arrivals, key = "window.taArrived", f"'{uuid_of(channel)}'"
-        self._tell = f"({arrivals}={arrivals}||{{}})[{key}]=1;"
+        self._id = uuid_of(channel)
 
         @channel.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -38,10 +37,9 @@ class PageValue:
                 arrived(str(event.target.value).rpartition("|")[0])
 
         # last: a browser may answer at once
-        value, known = f"{expression}+'|'+Date.now()", f"({arrivals}||{{}})[{key}]"
-        gui.add_html(script(sender(uuid_of(channel), value, until=known)))
+        gui.add_html(run_script(f"{SCRIPT}taReport('{self._id}',()=>({expression}))"))
 
     def change(self, code: str) -> None:
-        """Run JavaScript that changes the value, unless that would be gone before it was read."""
+        """Run JavaScript that changes the value; as long as the value has not been read, do nothing."""
         if self._known:
-            put_html(self._writer, script(self._tell + code))
+            put_html(self._writer, run_script(f"taArrived('{self._id}');{code}"))

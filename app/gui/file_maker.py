@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 import viser
 
-from app.downloads.recording import Progress
 from app.gui.actions import Actions
-from app.gui.widgets import put
+from app.gui.widgets import ignoring_event, put
 from engine.errors import Cancelled, InvalidData
 
-File = tuple[str, bytes]
+MadeFile = tuple[str, bytes]
 """Name and content."""
+ProgressCallback = Callable[[str, int, int], None]
+"""Told what is being done, and how much of how much of it; what it raises ends the work."""
 
 
 class FileMaker:
@@ -34,17 +35,14 @@ class FileMaker:
         self._cancel = gui.add_button(
             "Cancel", color="gray", icon=viser.Icon.X, visible=False, hint="Make no file"
         )
+        self._cancel.on_click(ignoring_event(self.cancel))
 
-        @self._cancel.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            self.cancel()
-
-    def start(self, what: str, make: Callable[[Progress], File]) -> None:
+    def start(self, what: str, make: Callable[[ProgressCallback], MadeFile]) -> None:
         """Make a file, unless another is being made.
 
         Args:
             what: is being made, for people.
-            make: makes it; calls what it is given to say how far it is.
+            make: returns the file; calls what it is given to say how far it is.
 
         Raises:
             InvalidData: another file is being made.
@@ -69,7 +67,7 @@ class FileMaker:
         if self._busy.locked():
             self._text.content = "giving up …"
 
-    def _work(self, what: str, make: Callable[[Progress], File]) -> None:
+    def _work(self, what: str, make: Callable[[ProgressCallback], MadeFile]) -> None:
         try:
             self._show(what, "beginning", 0.0)
             name, content = make(lambda doing, n, total: self._report(what, doing, n, total))

@@ -10,7 +10,8 @@ Each of them is here because nothing public does it:
 - ``inputs_of``: a client cannot be asked for its controls.
 - ``put_arrays``: viser compares and copies every array three times, one message each; a replay sends five
   of them in every frame to every browser.
-- ``uuid_of``: an input can only be found on the page by the id that viser gave it.
+- ``uuid_of`` and ``selector``: a widget can only be found on the page by the id that viser gave it, and what
+  is around it by how viser builds its elements.
 
 All were written for viser 1.1.1, which ``constraints.txt`` pins; ``tests/browser/test_safety.py`` notices if
 another one does not have them.
@@ -37,7 +38,16 @@ from websockets.http11 import Request, Response
 
 from app.gui.access import Access, Admission, Refusal
 
-__all__ = ["Gate", "ModalHandle", "acceptable", "inputs_of", "put_arrays", "start_server", "uuid_of"]
+__all__ = [
+    "Gate",
+    "ModalHandle",
+    "acceptable",
+    "inputs_of",
+    "put_arrays",
+    "selector",
+    "start_server",
+    "uuid_of",
+]
 
 MAX_MESSAGE: Final = 8 * 1024 * 1024
 """Bytes of the longest message from a browser; a file comes in parts of half a megabyte."""
@@ -105,6 +115,13 @@ def _asking_first(access: Access) -> Iterator[None]:
 def uuid_of(widget: Any) -> str:
     """Return the id of a widget, which its label on the page carries."""
     return str(widget._impl.uuid)
+
+
+def selector(widget: Any) -> str:
+    """Return the CSS selector of what viser draws around a button, or an input with a label."""
+    if isinstance(widget, viser.GuiButtonHandle | viser.GuiUploadButtonHandle):
+        return f'div:has(> [id="{uuid_of(widget)}"])'
+    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
 
 
 def inputs_of(gui: viser.GuiApi) -> list[Any]:

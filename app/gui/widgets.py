@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-import viser
-
-from app.gui.viser_private import uuid_of
+from app.gui.viser_private import selector
 
 
 def put(widget: Any, value: Any, attribute: str = "value") -> None:
@@ -21,17 +20,9 @@ def put_html(element: Any, content: str) -> None:
         element.content = content
 
 
-def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:
-    """Add a text field that nobody sees, through which scripts of the page reach the app."""
-    channel = gui.add_text(label, "", hint="Between the page and the app; not for people")
-    # visible=False would take it out of the page
-    gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>")
-    return channel
-
-
-def selector(widget: Any) -> str:
-    """Return the CSS selector of what viser draws around an input with a label."""
-    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
+def ignoring_event(action: Callable[[], None]) -> Callable[[Any], None]:
+    """Return a callback for a widget that does something, whatever the event says."""
+    return lambda _event: action()
 
 
 def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
@@ -44,14 +35,12 @@ def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
     """
     rules, left = [], 0.0
     for k, (widget, share) in enumerate(cells):
-        # a button has no label to know it by; it can only be the last
-        this = "*" if isinstance(widget, viser.GuiButtonHandle) else selector(widget)
+        this = selector(widget)
         place = f"float:left;width:{share:g}%" if k < len(cells) - 1 else f"margin-left:{left:g}%!important"
         rules.append(f"{this}{{{place}}}" if k == 0 else f"{selector(cells[k - 1][0])}+{this}{{{place}}}")
         label = "width:auto!important;padding-right:6px"
         if labelled is not None and k >= labelled:
             label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
-        if this != "*":
-            rules.append(f"{this}>div>div:has(label){{{label}}}")
+        rules.append(f"{this}>div>div:has(label){{{label}}}")
         left += share
     return f"<style>{''.join(rules)}</style>"

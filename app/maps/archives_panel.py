@@ -11,7 +11,8 @@ from pathlib import Path
 import viser
 
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import in_a_row, put, put_html
+from app.gui.page_channel import page_file
+from app.gui.widgets import ignoring_event, in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
@@ -29,28 +30,12 @@ from viz.runs.run_list import RunFacts, state_markup
 WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
 PLAY_HINT = "Run through the generations, from the first one if the last is shown"
-KEYS_STYLE = (
-    "<style>.ta-keys,.ta-picture:has(.ta-map:focus-visible) .ta-figures{display:none}"
-    ".ta-picture:has(.ta-map:focus-visible) .ta-keys{display:inline}</style>"
-)
-"""A map with the keyboard's focus says what the keys do."""
-_ROBOT = 'div[style*="grid-template-rows"]'
-PHONE_STYLE = (
-    '<style>@media (max-width:576px){[style*="width: 20em"]{width:100vw!important}'
-    f"div:has(>{_ROBOT} .ta-robot){{display:flex;flex-direction:column}}"
-    f"div:has(>{_ROBOT} .ta-robot)>*{{flex:none}}{_ROBOT}:has(.ta-robot){{order:1}}}}"
-    "@media (pointer:coarse){.ta-keys{display:none!important}}</style>"
-)
-"""viser's sheet for narrow windows is 20 em wide; maps can be read, and touched, if it is as the window.
-
-It begins with its main panel, the robot's; the maps are what one begins with, and the replay is next.
-"""
 MAX_MAPS = 4
 """Maps shown at a time; no layout of the archives of this method has more."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class ArchivesEvents:
     """What the panel reports."""
 
     run_chosen: Callable[[Path], None]
@@ -68,23 +53,23 @@ class ArchivesPanel:
     Args:
         client: the browser.
         facts: what is known of a run on offer.
-        events: whom it reports to.
     """
 
-    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], events: Events) -> None:
-        gui = client.gui
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
+        gui = self._gui = client.gui
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""
-        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
-            self.picker = RunPicker(gui, facts, events.run_chosen)
+        self._tab = panel.add_tab("Archives", viser.Icon.GRID_DOTS)
+        self._handler = ""
+        with self._tab:
+            self.picker = RunPicker(gui, facts)
             """The list of runs."""
             self._status = gui.add_html("")
             self._notice = gui.add_html("")
             self._layout = gui.add_dropdown(
                 "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
             )
-            self._colors = ColorControls(gui, events.colors_changed)
-            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            self._colors = ColorControls(gui)
             self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
             self._rings = gui.add_html("")
             self._slider = gui.add_slider(
@@ -100,28 +85,32 @@ class ArchivesPanel:
                 "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
             )
             self._trend = gui.add_html("")
-            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
-                + KEYS_STYLE
-                + PHONE_STYLE
+                + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + INSTALL
                 + keyboard.INSTALL
-                + keyboard.render_key("space", "key-space", keys.handler)
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
         panel.set_width(WIDTH)
 
+    def connect(self, events: ArchivesEvents) -> None:
+        """Report from now on what the user does; call it once, when all that it is reported to is there."""
+        gui = self._gui
+        with self._tab:
+            self._handler = ClickChannel(gui, events.cell_clicked).handler
+            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
+            gui.add_html(keyboard.render_key("space", "key-space", keys.handler))
+        self.picker.on_choose(events.run_chosen)
+        self._colors.on_change(events.colors_changed)
+        self._play.on_click(ignoring_event(events.growth_played))
+
         @self._layout.on_update
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None:
                 events.layout_chosen(str(event.target.value))
-
-        @self._play.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            events.growth_played()
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -129,10 +118,6 @@ class ArchivesPanel:
             # a browser may send anything; what Python sets has no client
             if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
                 events.generation_chosen(int(min(max(value, 0), self._slider.max)))
-
-    def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
-        """List the runs on offer."""
-        self.picker.offer(paths, chosen)
 
     def show_nothing(self, message: str) -> None:
         """Say why no maps are shown."""

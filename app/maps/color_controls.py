@@ -45,11 +45,10 @@ class ColorControls:
 
     Args:
         gui: of one client, inside the panel that they belong to.
-        changed: called with what the user wants now.
     """
 
-    def __init__(self, gui: viser.GuiApi, changed: Callable[[ColorWish], None]) -> None:
-        self._changed = changed
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._changed: Callable[[ColorWish], None] = lambda _wish: None
         self._shown_limits: tuple[float, float] | None = None
         self._accepted = (0.0, 0.0)
         """The last ends of a fixed scale that make sense."""
@@ -102,6 +101,10 @@ class ColorControls:
             def _(event: viser.GuiEvent) -> None:
                 if event.client is not None:
                     self._report()
+
+    def on_change(self, changed: Callable[[ColorWish], None]) -> None:
+        """Call a function with what the user wants, whenever that changes."""
+        self._changed = changed
 
     def offer(self, colorings: Sequence[str], coloring: str) -> None:
         """List what the maps can be coloured by."""

@@ -21,7 +21,8 @@ from viz.maps.layouts import layouts
 from viz.maps.map_pictures import Picture, pictures
 from viz.maps.scale import Palette
 
-Make = Callable[[RunReader, int], Coloring]
+MakeColoring = Callable[[RunReader, int], Coloring]
+"""Returns the colouring of a run at the end of a generation."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -196,7 +197,7 @@ class MapBoard:
         )
         self._panel.show_maps(self._pictures, [self._ring(p) for p in self._pictures])
 
-    def _colorings(self, offered: Mapping[str, Make], wanted: str) -> tuple[str, Coloring, Coloring]:
+    def _colorings(self, offered: Mapping[str, MakeColoring], wanted: str) -> tuple[str, Coloring, Coloring]:
         """Return a colouring for the shown and for the last generation; by f_s if it cannot be had."""
         assert self._subject is not None
         numbers = (self._subject.generation.number, self._subject.last.number)
@@ -210,8 +211,8 @@ class MapBoard:
             wanted, shown, latest = USUAL, FITNESS, FITNESS
         return wanted, shown, latest
 
-    def _made(self, name: str, make: Make, generation: int) -> Coloring:
-        """Return a colouring for a generation: what it takes may be long to read, and may change."""
+    def _made(self, name: str, make: MakeColoring, generation: int) -> Coloring:
+        """Return a colouring for a generation; what it is made from takes long to read, and may change."""
         assert self._subject is not None
         key = (name, generation, self._stamp)
         if key not in self._colors:

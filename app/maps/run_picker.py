@@ -8,8 +8,9 @@ from pathlib import Path
 import viser
 
 from app.gui.click_channel import ClickChannel
-from app.gui.viser_private import uuid_of
+from app.gui.viser_private import selector
 from app.gui.widgets import put_html
+from app.runs.run_names import label_paths
 from viz.runs import run_list
 from viz.runs.run_list import RunFacts
 
@@ -20,14 +21,11 @@ class RunPicker:
     Args:
         gui: of one client, inside the panel that it belongs to.
         facts: what is known of a run.
-        chosen: called with the run that the user chooses.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, facts: Callable[[Path], RunFacts], chosen: Callable[[Path], None]
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Callable[[Path], RunFacts]) -> None:
         self._facts = facts
-        self._report = chosen
+        self._report: Callable[[Path], None] = lambda _path: None
         self._labels: dict[str, Path] = {}
         self._listed: tuple[Path, ...] | None = None
         self._chosen: Path | None = None
@@ -43,10 +41,14 @@ class RunPicker:
         """Brings run files; shown with the list once ``allow_upload`` was called."""
         self._may_upload = False
         # viser shows an upload button whatever its ``visible`` says
-        self._hide_upload = f"<style>div:has(>[id='{uuid_of(self.upload)}']){{display:none}}</style>"
+        self._hide_upload = f"<style>{selector(self.upload)}{{display:none}}</style>"
         self._upload_style = gui.add_html(self._hide_upload)
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()
+
+    def on_choose(self, chosen: Callable[[Path], None]) -> None:
+        """Call a function with every run that the user chooses."""
+        self._report = chosen
 
     def offer(self, paths: Sequence[Path], chosen: Path | None) -> None:
         """Offer runs; an unfolded list stays as it is unless there are others, so that it holds still."""
@@ -98,19 +100,3 @@ class RunPicker:
 
     def _show_upload(self, shown: bool) -> None:
         put_html(self._upload_style, "" if shown and self._may_upload else self._hide_upload)
-
-
-def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
-    """Return short, distinct labels for run files: as many folders of the path as it takes."""
-    labels: dict[str, Path] = {}
-    for path in paths:
-        parts = path.with_suffix("").parts
-        label = next(
-            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _ends(paths, parts[-n:]) == 1), str(path)
-        )
-        labels[label] = path
-    return labels
-
-
-def _ends(paths: Sequence[Path], end: tuple[str, ...]) -> int:
-    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)

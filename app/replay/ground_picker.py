@@ -12,7 +12,7 @@ from app.gui.actions import Actions
 from engine.errors import InvalidData
 
 
-class GroundPointer:
+class GroundPicker:
     """Waits for one click on the ground at a time.
 
     Args:

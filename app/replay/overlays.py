@@ -20,7 +20,7 @@ TRAIL_STEP = 5
 TRAIL_HEIGHT = 0.002
 CONTACT_SIZE = 0.007
 CONTACT_LIFT = 0.003
-"""Metres that the marks lie above the points of contact, out of the ground."""
+"""Metres that the dots lie above the points of contact, out of the ground."""
 NUMBER_SIZE = 0.022
 NUMBER_LIFT = 0.062
 """Metres from a module's centre up to the lower edge of its number: just above the module."""
@@ -31,8 +31,8 @@ TURN_STEP = 0.01
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Marks:
-    """Which marks are shown."""
+class Overlays:
+    """Which overlays are shown."""
 
     tension: bool = True
     numbers: bool = True
@@ -40,8 +40,8 @@ class Marks:
     trail: bool = True
 
 
-class MarkLayer:
-    """Draws the marks of one replay.
+class OverlayLayer:
+    """Draws the overlays of one replay.
 
     Args:
         scene: of one client.
@@ -88,36 +88,36 @@ class MarkLayer:
         self._facing: np.ndarray | None = None
 
     def remove(self) -> None:
-        """Take all marks away."""
+        """Take all overlays away."""
         for handle in (self._numbers, self._trail, self._contacts):
             handle.remove()
 
-    def show(self, index: int, centres: np.ndarray, marks: Marks, facing: np.ndarray) -> None:
-        """Draw the marks of a frame.
+    def show(self, index: int, centres: np.ndarray, overlays: Overlays, facing: np.ndarray) -> None:
+        """Draw the overlays of a frame.
 
         Args:
             index: of the recorded frame that is nearest.
             centres: (modules, 3) of the modules, in m.
-            marks: which ones.
+            overlays: which ones.
             facing: (2, 3) directions in the world that are right and up on the screen.
         """
         trail, contacts = self._path(index), self._replay.frames[index].contacts
-        _see(self._trail, visible=marks.trail)
-        if marks.trail and trail is not None:
+        _see(self._trail, visible=overlays.trail)
+        if overlays.trail and trail is not None:
             self._trail.points = trail
-        _see(self._contacts, visible=marks.contacts and len(contacts) > 0)
-        if marks.contacts and len(contacts) and contacts is not self._touching:
+        _see(self._contacts, visible=overlays.contacts and len(contacts) > 0)
+        if overlays.contacts and len(contacts) and contacts is not self._touching:
             self._touching = contacts
             self._contacts.points = contacts + np.array([0.0, 0.0, CONTACT_LIFT], dtype=np.float32)
-        self._show_numbers(centres, marks, facing)
+        self._show_numbers(centres, overlays, facing)
 
-    def face(self, marks: Marks, facing: np.ndarray) -> None:
+    def face(self, overlays: Overlays, facing: np.ndarray) -> None:
         """Turn the numbers to a camera that has turned."""
         if self._centres is not None:
-            self._show_numbers(self._centres, marks, facing)
+            self._show_numbers(self._centres, overlays, facing)
 
-    def _show_numbers(self, centres: np.ndarray, marks: Marks, facing: np.ndarray) -> None:
-        if marks.numbers and not (
+    def _show_numbers(self, centres: np.ndarray, overlays: Overlays, facing: np.ndarray) -> None:
+        if overlays.numbers and not (
             self._centres is not None
             and self._facing is not None
             and np.abs(centres - self._centres).max() < NUMBER_STEP
@@ -126,7 +126,7 @@ class MarkLayer:
             self._centres, self._facing = centres, facing
             points = centres + np.array([0.0, 0.0, NUMBER_LIFT])
             put_arrays(self._numbers, points=self._strokes.place(points, facing[0], facing[1]))
-        _see(self._numbers, visible=marks.numbers)
+        _see(self._numbers, visible=overlays.numbers)
 
     def _path(self, index: int) -> np.ndarray | None:
         """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""

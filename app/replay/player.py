@@ -1,11 +1,13 @@
-"""Playback of one robot for one browser: simulates ahead on one thread, shows frames on another."""
+"""Playback of one replay for one browser: simulates ahead on one thread, shows frames on another."""
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import threading
 import time
 from collections.abc import Callable
+from typing import Protocol
 
 from engine.replay.recording import Playable, ReplayFrame, frame_at, nearest_index
 
@@ -20,25 +22,45 @@ LAG = 0.4
 """Seconds after an end that was reached in which a browser may still offer to pause."""
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class ReplayMoment:
+    """What is due on the screen.
+
+    Attributes:
+        replay: that is played.
+        index: of its recorded frame that is nearest.
+        time: to draw, in s of the replay's clock; it may lie between two frames, but beyond none.
+        playing: whether another moment follows at once.
+    """
+
+    replay: Playable
+    index: int
+    time: float
+    playing: bool
+
+
+class Controls(Protocol):
+    """What shows where a player is and lets a user change that."""
+
+    def refresh(self) -> None:
+        """Show where the player is: something was loaded, or playing has begun or stopped."""
+        ...
+
+    def tick(self) -> None:
+        """Show it if it is time to: another moment is on the screen."""
+        ...
+
+
 class Player:
     """Plays a replay while it is still being simulated.
 
     Args:
-        show: called with the replay, the index of the recorded frame that is nearest and the moment to
-            draw, which may lie between two frames but beyond none, whenever another one is due; on the
-            player's own thread.
-        changed: called when playing stops or starts by itself.
         may_simulate: asked before so many seconds of a robot's time are simulated.
     """
 
-    def __init__(
-        self,
-        show: Callable[[Playable, int, float], None],
-        changed: Callable[[], None],
-        may_simulate: Callable[[float], bool] = lambda _seconds: True,
-    ) -> None:
-        self._show = show
-        self._changed = changed
+    def __init__(self, may_simulate: Callable[[float], bool] = lambda _seconds: True) -> None:
+        self._show: Callable[[ReplayMoment], None] = lambda _moment: None
+        self._controls: Controls | None = None
         self._may_simulate = may_simulate
         self._mutex = threading.Lock()
         self._wake = threading.Event()
@@ -60,6 +82,14 @@ class Player:
         """What is being played."""
         return self._replay
 
+    def show_with(self, show: Callable[[ReplayMoment], None]) -> None:
+        """Call a function with every moment that is due, on the player's own thread."""
+        self._show = show
+
+    def attach(self, controls: Controls) -> None:
+        """Tell controls from now on where the player is."""
+        self._controls = controls
+
     def load(self, replay: Playable) -> None:
         """Play another replay from its first frame."""
         if not self._may_simulate(replay.end_time - replay.start_time):
@@ -76,6 +106,7 @@ class Player:
             self.playing = True
         self._simulate(replay, replay.end_time)
         self._wake.set()
+        self._refresh_controls()
 
     def unload(self) -> None:
         """Play nothing."""
@@ -84,6 +115,7 @@ class Player:
                 self._replay.cancel()
             self._replay = self._shown = None
             self.playing = False
+        self._refresh_controls()
 
     def play(self) -> None:
         """Go on, from the start if the end was reached."""
@@ -95,6 +127,7 @@ class Player:
                     self.time = replay.start_time
             self.playing = self._replay is not None
         self._wake.set()
+        self._refresh_controls()
 
     def toggle(self) -> None:
         """Play or pause; a pause that was meant just before the end does not start all over."""
@@ -106,6 +139,7 @@ class Player:
     def pause(self) -> None:
         """Hold the frame that is shown."""
         self.playing = False
+        self._refresh_controls()
 
     def seek(self, moment: float) -> None:
         """Go to a time of the trial's clock, in s."""
@@ -132,6 +166,7 @@ class Player:
             self.playing = True
         self._simulate(replay, self.until)
         self._wake.set()
+        self._refresh_controls()
 
     def close(self) -> None:
         """End both threads."""
@@ -183,7 +218,7 @@ class Player:
                     self._ended = time.monotonic()
                     ended = True
         if ended:
-            self._changed()
+            self._refresh_controls()
 
     def _show_current(self) -> None:
         with self._mutex:
@@ -194,7 +229,15 @@ class Player:
             if self._shown == (replay, moment):
                 return
             self._shown = (replay, moment)
-        self._show(replay, nearest_index(replay, moment), moment)
+        due = ReplayMoment(replay, nearest_index(replay, moment), moment, self.playing)
+        if replay is self._replay:
+            self._show(due)
+            if self._controls is not None:
+                self._controls.tick()
+
+    def _refresh_controls(self) -> None:
+        if self._controls is not None:
+            self._controls.refresh()
 
 
 def current_frame(player: Player) -> ReplayFrame | None:

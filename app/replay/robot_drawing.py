@@ -1,4 +1,4 @@
-"""One robot in its world as nodes of a 3D scene: body, marks, target, walls."""
+"""One robot in its world as nodes of a 3D scene: body, overlays, target, walls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
-from app.replay.overlays import MarkLayer, Marks
+from app.replay.overlays import OverlayLayer, Overlays
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
 from engine.tasks.walls import Wall
@@ -89,7 +89,7 @@ class RobotDrawing:
             f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
-        self._layer = MarkLayer(scene, replay, prefix=prefix, trail=trail)
+        self._layer = OverlayLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
         self._has_target = False
         if replay.target is None:  # what there is already
@@ -103,31 +103,31 @@ class RobotDrawing:
         self._add_walls(self.replay.walls)
         return True
 
-    def compute(self, moment: float, marks: Marks) -> Drawing:
+    def compute(self, moment: float, overlays: Overlays) -> Drawing:
         """Return what ``show`` takes of a moment: whatever takes time, to be done while messages flow."""
-        return self._drawn.at(moment, tension=marks.tension)
+        return self._drawn.at(moment, tension=overlays.tension)
 
-    def show(self, index: int, drawing: Drawing, marks: Marks, facing: np.ndarray) -> None:
+    def show(self, index: int, drawing: Drawing, overlays: Overlays, facing: np.ndarray) -> None:
         """Draw a moment; call it within ``client.atomic``, so that it arrives as one.
 
         Args:
             index: of the recorded frame that is nearest.
             drawing: of the moment, by ``compute``.
-            marks: what else to draw.
+            overlays: what else to draw.
             facing: (2, 3) directions that are right and up on the screen, below the node of ``prefix``.
         """
         put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
         put_arrays(self._nodes, batched_positions=drawing.nodes)
         put_arrays(self._cables, points=drawing.cables)
-        colored = (index // COLOR_STEP if marks.tension else 0, marks.tension)
+        colored = (index // COLOR_STEP if overlays.tension else 0, overlays.tension)
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)
         self._colored = colored
-        self._layer.show(index, drawing.centres, marks, facing)
+        self._layer.show(index, drawing.centres, overlays, facing)
 
-    def face(self, marks: Marks, facing: np.ndarray) -> None:
+    def face(self, overlays: Overlays, facing: np.ndarray) -> None:
         """Turn the numbers of the modules to a camera that has turned."""
-        self._layer.face(marks, facing)
+        self._layer.face(overlays, facing)
 
     def remove(self) -> None:
         """Take everything away."""

@@ -8,7 +8,8 @@ import threading
 import numpy as np
 import viser
 
-from app.replay.overlays import Marks
+from app.replay.overlays import Overlays
+from app.replay.player import ReplayMoment
 from app.replay.robot_drawing import RobotDrawing
 from app.replay.scene_camera import SceneCamera
 from engine.replay.recording import Playable
@@ -22,7 +23,7 @@ AROUND = 0.07 * np.array(list(itertools.product((-1.0, 1.0), (-1.0, 1.0), (0.0, 
 """(8, 3) corners, in m, of the room that a module or a target on the ground is shown with."""
 
 
-class Arena:
+class Scene:
     """Draws one replay at a time.
 
     Args:
@@ -36,8 +37,8 @@ class Arena:
         self._robot: RobotDrawing | None = None
         self._drawing = threading.Lock()
         self.follow = True
-        self.marks = Marks()
-        """Which marks the next frame has."""
+        self.overlays = Overlays()
+        """Which overlays the next frame has."""
         self._scene.set_up_direction("+z")
         self._scene.add_grid(
             "/ground",
@@ -53,33 +54,27 @@ class Arena:
         )
         client.camera.on_update(lambda _camera: self._face())
 
-    def show(self, replay: Playable, index: int, moment: float) -> None:
-        """Draw a moment of a replay; another replay than the last one replaces the robot.
-
-        Args:
-            replay: the robot.
-            index: of the recorded frame that is nearest.
-            moment: of the replay's clock, in s.
-        """
+    def show(self, moment: ReplayMoment) -> None:
+        """Draw a moment of a replay; another replay than the last one replaces the robot."""
         with self._drawing:
-            self._show(replay, index, moment)
+            self._show(moment)
 
     def clear(self) -> None:
         """Remove the robot."""
         with self._drawing:
             self._clear()
 
-    def _show(self, replay: Playable, index: int, moment: float) -> None:
-        marks = self.marks
+    def _show(self, moment: ReplayMoment) -> None:
+        replay, overlays = moment.replay, self.overlays
         is_new = self._robot is None or replay is not self._robot.replay
         if self._robot is None or is_new:
             self._clear()
             self._robot = RobotDrawing(self._scene, replay)
-        drawing = self._robot.compute(moment, marks)
+        drawing = self._robot.compute(moment.time, overlays)
         if self._robot.place_world() or is_new:
             self._look_at(drawing, replay)
         with self._client.atomic():
-            self._robot.show(index, drawing, marks, self._camera.facing)
+            self._robot.show(moment.index, drawing, overlays, self._camera.facing)
         centre = drawing.centres[:, :2].mean(axis=0)
         if self.follow:
             self._camera.follow(centre)
@@ -90,7 +85,7 @@ class Arena:
         """Keep the numbers of the modules turned to the camera, also while nothing is played."""
         with self._drawing:
             if self._robot is not None:
-                self._robot.face(self.marks, self._camera.facing)
+                self._robot.face(self.overlays, self._camera.facing)
 
     def _clear(self) -> None:
         if self._robot is not None:

@@ -20,7 +20,7 @@ MAX_LANES = 4
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Start:
+class LaneStart:
     """Where a trial begins, as seen from above.
 
     Attributes:
@@ -39,7 +39,7 @@ class Start:
         return (points - self.head) @ np.array([[c, -s], [s, c]])
 
 
-class LaneReplay:
+class SideBySideReplay:
     """Up to four replays behind one clock: a ``Playable`` whose frames are moments of all of them.
 
     There is nothing to see before all have settled: where a lane lies follows from where its target is.
@@ -47,11 +47,12 @@ class LaneReplay:
 
     Args:
         lanes: one to four replays, of trials that need not be equally long.
+        names: of the lanes, for people.
     """
 
-    def __init__(self, lanes: Sequence[Replay]) -> None:
+    def __init__(self, lanes: Sequence[Replay], names: Sequence[str]) -> None:
         assert 1 <= len(lanes) <= MAX_LANES
-        self.lanes = tuple(lanes)
+        self.lanes, self.names = tuple(lanes), tuple(names)
         self.target: np.ndarray | None = None
         self.walls: tuple[Wall, ...] = ()
         self._moments = _Moments(self)
@@ -110,14 +111,14 @@ class LaneReplay:
         for thread in threads:
             thread.join()
 
-    def start(self, lane: int) -> Start | None:
+    def start(self, lane: int) -> LaneStart | None:
         """Return where a lane's trial begins, None as long as its robot settles."""
         replay = self.lanes[lane]
         if replay.target is None:
             return None
         frame = replay.frames[self.frame_index(lane, 0.0)]
         way = replay.target - frame.head
-        return Start(frame.head, math.atan2(way[1], way[0]), float(np.hypot(*way)))
+        return LaneStart(frame.head, math.atan2(way[1], way[0]), float(np.hypot(*way)))
 
     def frame_index(self, lane: int, moment: float) -> int:
         """Return the index of a lane's frame that is due at a time, at most its last."""
@@ -157,9 +158,9 @@ class _Times(Sequence[float]):
 
 
 class _Moments(Sequence[ReplayFrame]):
-    """The moments of a ``LaneReplay``; only ever more of them."""
+    """The moments of a ``SideBySideReplay``; only ever more of them."""
 
-    def __init__(self, replay: LaneReplay) -> None:
+    def __init__(self, replay: SideBySideReplay) -> None:
         self._replay = replay
 
     def __len__(self) -> int:

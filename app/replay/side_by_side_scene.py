@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import viser
 from scipy.spatial.transform import Rotation
 
-from app.replay.overlays import Marks
+from app.replay.overlays import Overlays
 from app.replay.robot_drawing import RobotDrawing
 from app.replay.scene_camera import SceneCamera
-from app.replay.side_by_side import LaneReplay, Start
+from app.replay.side_by_side import LaneStart, SideBySideReplay
 from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
 from viz import theme
@@ -41,7 +41,7 @@ class Lane:
         back: x where its robot ends.
     """
 
-    start: Start
+    start: LaneStart
     offset: float
     left: float
     right: float
@@ -59,7 +59,7 @@ class Lane:
         return np.array([0.0, self.offset, 0.0]) - head
 
 
-def lay_out(replays: Sequence[Replay], starts: Sequence[Start]) -> list[Lane]:
+def lay_out(replays: Sequence[Replay], starts: Sequence[LaneStart]) -> list[Lane]:
     """Return lanes from left to right, each as wide as what stands or lies in it at the start."""
     lanes: list[Lane] = []
     edge = 0.0
@@ -89,46 +89,35 @@ def _corners(wall: Wall) -> np.ndarray:
     return Rotation.from_euler("z", wall.yaw).apply(half)[:, :2] + np.array(wall.centre[:2])
 
 
-class LaneArena:
-    """Draws a ``LaneReplay``.
+class SideBySideScene:
+    """Draws a ``SideBySideReplay``.
 
     Args:
         client: whose scene it is.
         camera: of it.
-        marks: returns which marks a frame has.
     """
 
-    def __init__(
-        self,
-        client: viser.ClientHandle,
-        camera: SceneCamera,
-        marks: Callable[[], Marks],
-    ) -> None:
-        self._client, self._camera, self._marks = client, camera, marks
+    def __init__(self, client: viser.ClientHandle, camera: SceneCamera) -> None:
+        self._client, self._camera = client, camera
         self._mutex = threading.Lock()
-        self._replay: LaneReplay | None = None
-        self._names: Sequence[str] = ()
+        self._replay: SideBySideReplay | None = None
         self._lanes: list[Lane] = []
         self._drawings: list[RobotDrawing] = []
         self._handles: list[viser.SceneNodeHandle] = []
 
-    def name(self, names: Sequence[str]) -> None:
-        """Say what the labels of the next lanes are."""
-        self._names = names
-
-    def show(self, replay: LaneReplay, moment: float) -> None:
+    def show(self, replay: SideBySideReplay, moment: float, overlays: Overlays) -> None:
         """Draw a moment of all lanes, in s of their clock; other lanes than the last ones replace those."""
         with self._mutex:
             if replay is not self._replay:
                 self._begin(replay)
-            marks, facing = self._marks(), self._camera.facing
+            facing = self._camera.facing
             indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
-            drawings = [d.compute(moment, marks) for d in self._drawings]
+            drawings = [d.compute(moment, overlays) for d in self._drawings]
             with self._client.atomic():
                 for robot, lane, i, drawing in zip(
                     self._drawings, self._lanes, indices, drawings, strict=True
                 ):
-                    robot.show(i, drawing, marks, lane.turn.inv().apply(facing))
+                    robot.show(i, drawing, overlays, lane.turn.inv().apply(facing))
 
     def clear(self) -> None:
         """Remove all lanes."""
@@ -142,7 +131,7 @@ class LaneArena:
             handle.remove()
         self._drawings, self._handles, self._lanes, self._replay = [], [], [], None
 
-    def _begin(self, replay: LaneReplay) -> None:
+    def _begin(self, replay: SideBySideReplay) -> None:
         self._clear()
         settled = [(k, s) for k in range(len(replay.lanes)) if (s := replay.start(k)) is not None]
         replays = [replay.lanes[k] for k, _ in settled]
@@ -160,11 +149,10 @@ class LaneArena:
             drawing = RobotDrawing(scene, robot, prefix=f"/lanes/{k}", trail=theme.LANES[k])
             drawing.place_world()
             self._drawings.append(drawing)
-            name = self._names[k] if k < len(self._names) else str(k + 1)
             self._handles.append(
                 scene.add_label(
                     f"/lanes/name-{k}",
-                    name,
+                    replay.names[k],
                     position=(lane.back - 0.1, (lane.left + lane.right) / 2, 0.0),
                     anchor="center-center",
                 )

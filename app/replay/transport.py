@@ -1,26 +1,32 @@
-"""The bottom panel of one browser: play, pause, scrub, speed, which trial."""
+"""The bottom panel of one browser: play, pause, scrub, speed, which trial, what is drawn of it."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import viser
 
-from app.gui.widgets import put
-from app.replay.overlays import Marks
+from app.gui.page_channel import page_file
+from app.gui.viser_private import selector
+from app.gui.widgets import ignoring_event, put
+from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
-from app.replay.transport_layout import MIN_WIDTH, WIDTH, layout
+from app.replay.scene import Scene
 from engine.replay.replay import MAX_FRESH
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from viz.robot import tension_legend
 from viz.robot.geometry import full_tension
 
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
+WIDTH = 760
+MIN_WIDTH = 420
 MARGIN = 20
+"""Pixels of the panel, and beside it."""
 EXTENSION = 20.0
 FRESH = "fresh"
 ELSEWHERE = "elsewhere…"
@@ -29,39 +35,45 @@ DRAWN_FROM = 9999
 NOTHING = "Click a filled cell of a map to watch its robot."
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
-MARK_HINTS = {
+OVERLAY_HINTS = {
     "tension": "Colour every cable by its tension; the legend below says how many newtons",
     "numbers": "The number of each module, the head's in its colour",
     "contacts": "A dot wherever the robot touches the ground or a wall",
     "trail": "Where the head has been since the target was placed",
 }
-"""Names of ``Marks`` and what their checkboxes say."""
+"""Names of ``Overlays`` and what their checkboxes say."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
-    """What the panel reports."""
+class TransportEvents:
+    """What the panel reports; nothing where there is only one trial to play."""
 
-    trial_chosen: Callable[[TrialChoice], None]
-    elsewhere: Callable[[], None]
+    trial_chosen: Callable[[TrialChoice], None] = lambda _trial: None
+    elsewhere: Callable[[], None] = lambda: None
     """Called when the user wants to place the target."""
-    follow_changed: Callable[[bool], None]
-    marks_changed: Callable[[Marks], None]
 
 
 class TransportPanel:
-    """Controls a player and shows where it is.
+    """Controls a player and the scene that it plays in, and shows where it is.
 
     Args:
         client: the browser.
         player: what it controls.
+        scene: that shows what is played.
         events: whom it reports to.
         taken: width in pixels that docked panels take.
         step: of the slider, in s.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, player: Player, events: Events, *, taken: int, step: float = 0.1
+        self,
+        client: viser.ClientHandle,
+        player: Player,
+        scene: Scene,
+        events: TransportEvents,
+        *,
+        taken: int,
+        step: float = 0.1,
     ) -> None:
         gui = client.gui
         self._player = player
@@ -73,7 +85,6 @@ class TransportPanel:
         width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
-            gui.add_html(layout(width))
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
             self._slider = gui.add_slider(
                 "Time",
@@ -111,33 +122,31 @@ class TransportPanel:
             self._speed = gui.add_dropdown(
                 "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
             )
-            gui.add_html('<div style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
-            shown = Marks()
-            self._marks = {
+            gui.add_html('<div class="ta-show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
+            shown = Overlays()
+            self._overlays = {
                 name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
-                for name, hint in MARK_HINTS.items()
+                for name, hint in OVERLAY_HINTS.items()
             }
             self._follow = gui.add_checkbox("Follow", True, hint="The camera follows the robot")
             self._loop = gui.add_checkbox("Loop", False, hint="Start over at the end")
             self._text = gui.add_html(_text(NOTHING))
+            named = {"play": self._play, "time": self._slider, "more": self._more}
+            named |= {"target": self._target, "noise": self._noise, "fresh": self._fresh, "draw": self._draw}
+            named |= {"speed": self._speed, **self._overlays, "follow": self._follow, "loop": self._loop}
+            gui.add_html(_layout(named, narrow=width < WIDTH))
         panel.float(x=MARGIN, y=-15, width=width)
         panel.expand()  # on a phone, too
 
-        @self._play.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            player.toggle()
-            self.refresh()
+        self._play.on_click(ignoring_event(player.toggle))
+        self._more.on_click(ignoring_event(lambda: player.extend(EXTENSION)))
+        self._draw.on_click(ignoring_event(lambda: self._choose(fresh=True, draw=True)))
 
         @self._slider.on_update
         def _(event: viser.GuiEvent) -> None:
             value = event.target.value
             if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
                 player.seek(float(value))
-
-        @self._more.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            player.extend(EXTENSION)
-            self.refresh()
 
         @self._speed.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -149,7 +158,7 @@ class TransportPanel:
 
         @self._follow.on_update
         def _(event: viser.GuiEvent) -> None:
-            events.follow_changed(event.target.value is True)
+            scene.follow = event.target.value is True
 
         @self._target.on_update
         @self._noise.on_update
@@ -162,19 +171,17 @@ class TransportPanel:
             if event.client is not None and self._noise.value == FRESH:
                 self._choose()
 
-        @self._draw.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            self._choose(fresh=True, draw=True)
-
-        for checkbox in self._marks.values():
+        for checkbox in self._overlays.values():
 
             @checkbox.on_update
             def _(event: viser.GuiEvent) -> None:
                 if event.client is not None:
-                    events.marks_changed(
-                        Marks(**{name: box.value is True for name, box in self._marks.items()})
-                    )
+                    shown = {name: box.value is True for name, box in self._overlays.items()}
+                    scene.overlays = Overlays(**shown)
+                    player.redraw()
                     self.refresh()
+
+        player.attach(self)
 
     def set_trials(self, targets: Sequence[str], repeats: int) -> None:
         """Offer the trials of a run, towards targets with names."""
@@ -259,7 +266,7 @@ class TransportPanel:
         self._shown_time = player.time
         self._text.content = _text(
             describe(player),
-            tension_legend.render(full_tension(replay.morphology)) if self._marks["tension"].value else "",
+            tension_legend.render(full_tension(replay.morphology)) if self._overlays["tension"].value else "",
         )
 
     def tick(self) -> None:
@@ -267,6 +274,19 @@ class TransportPanel:
         interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
         if abs(self._player.time - self._shown_time) >= interval:
             self.refresh()
+
+
+def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:
+    """Return a style that puts the controls in rows: ``transport.css`` with selectors in place of names."""
+    panel = "div:has(> div > .ta-transport)"
+    parts = {"layout": "div:has(> .ta-transport)", "show": "div:has(> .ta-show)"}
+    parts |= {name: selector(control) for name, control in controls.items()}
+    style = page_file("transport.css", __package__).replace("#panel", panel)
+    for name, part in parts.items():
+        style = re.sub(rf"#{name}\b", f"{panel} > {part}", style)
+    if narrow:
+        style = style.replace("@media (max-width: 700px)", "@media all")
+    return f'<style class="ta-transport">{style}</style>'
 
 
 def _exact(repeat: int) -> str:

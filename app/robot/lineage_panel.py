@@ -1,4 +1,4 @@
-"""The tab with a robot's ancestors; a click puts one on the stage."""
+"""The tab with a robot's ancestors; a click replays one."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class LineagePanel:
 
         Args:
             line: the robot, its parent, and so on.
-            shown: number of the one on the stage.
+            shown: number of the one that is replayed.
             target_distance: of the task, in m.
         """
         self._line = line

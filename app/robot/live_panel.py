@@ -8,6 +8,7 @@ import numpy as np
 import viser
 
 from app.gui.widgets import put_html
+from app.replay.player import ReplayMoment
 from engine.body.kinematics import contraction, internal_lengths
 from engine.config import RunConfig
 from engine.replay.dump_replay import DumpReplay
@@ -28,7 +29,7 @@ LONGEST_COMMAND = 0.2
 
 
 class LivePanel:
-    """Shows network and servos of one robot; ``tick`` is to be called for every frame.
+    """Shows network and servos of one robot; ``show`` is to be called for every frame.
 
     Args:
         gui: of one client.
@@ -46,7 +47,7 @@ class LivePanel:
         self._evaluation: Evaluation | None = None
         self._names: tuple[str, ...] = ()
         self._updated = 0.0
-        self._ticked: tuple[Playable, int] | None = None
+        self._shown: tuple[Playable, int] | None = None
         self._plotted: tuple[Playable, tuple[float, float]] | None = None
         self._plotted_frames = 0
         self._plotted_at = 0.0
@@ -61,23 +62,23 @@ class LivePanel:
             self._names,
             head_is_end=evaluation.head_is_end,
         )
-        self._ticked = None
+        self._shown = None
         self._network_live.content = ""
         self._network.content = diagram.render() + network_diagram.legend()
         self._diagram, self._evaluation = diagram, evaluation
 
     def clear(self) -> None:
         """Show no robot."""
-        self._diagram = self._evaluation = self._plotted = self._ticked = None
+        self._diagram = self._evaluation = self._plotted = self._shown = None
         for element in (self._network, self._network_live, self._servos, self._servos_live):
             put_html(element, "")
 
-    def tick(self, replay: Playable, index: int, *, playing: bool) -> None:
-        """Show a recorded frame; while playing, at most every ``INTERVAL`` and once."""
-        now = time.monotonic()
-        if playing and (now - self._updated < INTERVAL or self._ticked == (replay, index)):
+    def show(self, moment: ReplayMoment) -> None:
+        """Show the recorded frame nearest to a moment; while playing, at most every ``INTERVAL`` and once."""
+        now, replay, index = time.monotonic(), moment.replay, moment.index
+        if moment.playing and (now - self._updated < INTERVAL or self._shown == (replay, index)):
             return
-        self._updated, self._ticked = now, (replay, index)
+        self._updated, self._shown = now, (replay, index)
         frame = replay.frames[index]
         # a dump or a variant of the robot has another network or another body: nothing moves in this one
         own = self._evaluation is not None and replay.morphology == self._evaluation.solution.morphology

@@ -10,8 +10,8 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
-from app.replay.side_by_side import MAX_LANES, LaneReplay
+from app.gui.widgets import ignoring_event, put_html
+from app.replay.side_by_side import MAX_LANES, SideBySideReplay
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
@@ -33,7 +33,7 @@ class PinsPanel:
     Args:
         client: the browser; the folder goes into its main panel.
         actions: of the browser.
-        play: called when lanes are to be played, other ones than before, or the one robot again.
+        play: called when something else is to be played: other lanes than before, or one robot again.
     """
 
     def __init__(self, client: viser.ClientHandle, actions: Actions, play: Callable[[], None]) -> None:
@@ -43,7 +43,7 @@ class PinsPanel:
         self._pins: list[Entry] = []
         self._told = 0.0
         self.side_by_side = False
-        """Whether the arena shows the pinned robots instead of the chosen one."""
+        """Whether the scene shows the pinned robots instead of the chosen one."""
         with gui.add_folder("Side by side"):
             self._list = gui.add_html(NOTHING)
             self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="pins").handler
@@ -55,7 +55,7 @@ class PinsPanel:
             )
             self._now = gui.add_html("")
             self._table = gui.add_html("")
-        self._toggle.on_click(lambda _event: actions.guarded(self._switch)())
+        self._toggle.on_click(ignoring_event(actions.guarded(self._switch)))
 
     @property
     def pins(self) -> tuple[Entry, ...]:
@@ -74,15 +74,11 @@ class PinsPanel:
         put_html(self._now, "")
         self._show()
 
-    def replay(self, trial: TrialChoice) -> LaneReplay:
+    def replay(self, trial: TrialChoice) -> SideBySideReplay:
         """Return the replay of the pinned robots; of a run with fewer targets or seeds its last one."""
-        return lane_replay(self._pins, trial)
+        return side_by_side_replay(self._pins, trial)
 
-    def lane_names(self) -> list[str]:
-        """Return what the lanes are labelled with."""
-        return [differences.lane_name(e, k) for k, e in enumerate(self._pins)]
-
-    def tell(self, replay: LaneReplay, moment: float) -> None:
+    def tell(self, replay: SideBySideReplay, moment: float) -> None:
         """Show how far every robot is from its target, now and then and where the replay ends."""
         early = time.monotonic() - self._told < TELL_INTERVAL and moment < replay.reached()
         if early or not self.side_by_side:
@@ -142,7 +138,7 @@ class PinsPanel:
         return next(same, None)
 
 
-def lane_replay(robots: Sequence[Entry], trial: TrialChoice) -> LaneReplay:
+def side_by_side_replay(robots: Sequence[Entry], trial: TrialChoice) -> SideBySideReplay:
     """Return a replay of robots in step: their trials towards one target with one noise seed.
 
     Args:
@@ -159,4 +155,4 @@ def lane_replay(robots: Sequence[Entry], trial: TrialChoice) -> LaneReplay:
             trial, target=min(trial.target, n_targets - 1), repeat=min(trial.repeat, repeats - 1)
         )
         lanes.append(Replay.of(robot.config, robot.evaluation, known))
-    return LaneReplay(lanes)
+    return SideBySideReplay(lanes, [differences.lane_name(robot, k) for k, robot in enumerate(robots)])

@@ -1,4 +1,4 @@
-"""What the 3D scene of one browser shows: the chosen robot, a variant of it, or several side by side."""
+"""What a browser's player plays and draws: the chosen robot, a variant of it, or pinned ones side by side."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from collections.abc import Callable
 import viser
 
 from app.gui.actions import Actions
-from app.replay.scene import Arena
+from app.replay.player import ReplayMoment
+from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
-from app.replay.side_by_side import LaneReplay
-from app.replay.side_by_side_scene import LaneArena
+from app.replay.side_by_side import SideBySideReplay
+from app.replay.side_by_side_scene import SideBySideScene
 from app.robot.pins_panel import PinsPanel
-from app.robot.what_if_panel import Events, WhatIfPanel
+from app.robot.robot_panel import RobotPanel
+from app.robot.what_if_panel import WhatIfEvents, WhatIfPanel
 from engine.replay.recording import Playable
+from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.replay.what_if import WhatIfReplay
 from viz.robot.robot_differences import Entry
@@ -26,14 +29,16 @@ LABEL_HEIGHT = 0.15
 """Metres that it hangs above the ground."""
 
 
-class Stage:
-    """Owns the panels of what a robot is compared with, and hands moments to whatever draws their kind.
+class ReplaySource:
+    """Makes the replays that a player plays, and shows their moments: its ``show`` is called by the player.
+
+    Owns the panels that offer other replays than the chosen robot's.
 
     Args:
-        client: whose scene it is.
-        arena: that draws one robot.
+        client: the browser.
+        scene: that shows one robot.
         camera: of the scene.
-        tabs: the group that gets a tab for variants.
+        panel: about the chosen robot; it gets a tab for variants.
         actions: of the browser.
         play: called when something else than before is to be played; it asks ``replay`` what.
         may_simulate: asked before so many seconds of robots' time are simulated; it says why not.
@@ -42,122 +47,127 @@ class Stage:
     def __init__(
         self,
         client: viser.ClientHandle,
-        arena: Arena,
+        scene: Scene,
         camera: SceneCamera,
-        tabs: viser.GuiTabGroupHandle,
+        panel: RobotPanel,
         actions: Actions,
         *,
         play: Callable[[], None],
         may_simulate: Callable[[float], bool],
     ) -> None:
-        self._arena, self._scene, self._play = arena, client.scene, play
-        self._lanes = LaneArena(client, camera, lambda: arena.marks)
-        self._label: viser.LabelHandle | None = None
-        self._labelled: Playable | None = None
-        self._label_place = -1
-        self._n_labels = 0
-        self._labelling = threading.Lock()
-        self._what_if = WhatIfPanel(client, tabs, actions, Events(self._play_variant, may_simulate))
-        self._pins = PinsPanel(client, actions, self._play_lanes)
+        self._scene, self._live, self._play = scene, panel.live, play
+        self._side_by_side = SideBySideScene(client, camera)
+        self._label = _VariantLabel(client.scene)
+        self._robot: Entry | None = None
+        self._what_if = WhatIfPanel(
+            client, panel.tabs, actions, WhatIfEvents(self._play_variant, may_simulate)
+        )
+        self.pins = PinsPanel(client, actions, self._play_pinned)
+        """The robots that can be seen side by side."""
 
     def choose(self, robot: Entry | None) -> None:
-        """Offer a robot to be pinned and changed, and show one robot at a time again."""
-        self._pins.choose(robot)
+        """Offer a robot to be played, pinned and changed; None for none."""
+        self._robot = robot
+        self.pins.choose(robot)
         self._what_if.choose(robot)
-
-    def pin(self) -> None:
-        """Pin the chosen robot, or unpin it if it is pinned.
-
-        Raises:
-            InvalidData: there is none, or four are pinned already.
-        """
-        self._pins.pin_or_unpin()
 
     @property
     def shows_a_variant(self) -> bool:
         """Whether a changed body is played, towards the task's own targets."""
-        return self._what_if.watching and not self._pins.side_by_side
+        return self._what_if.watching and not self.pins.side_by_side
 
     def replay(self, trial: TrialChoice) -> Playable | None:
-        """Return what is to be played of the trial, None for the chosen robot itself.
+        """Return what is to be played of a trial, None if there is nothing.
 
         Raises:
             InvalidData: there is no such trial.
         """
-        if self._pins.side_by_side:
-            self._lanes.name(self._pins.lane_names())
-            return self._pins.replay(trial)
+        if self.pins.side_by_side:
+            return self.pins.replay(trial)
         if self.shows_a_variant:
             return self._what_if.replay(trial.target)
+        if self._robot is not None:
+            return Replay.of(self._robot.config, self._robot.evaluation, trial)
         return None
 
-    def show(self, replay: Playable, index: int, moment: float) -> bool:
-        """Draw a moment, and take away what a replay of another kind has left.
-
-        Args:
-            replay: what is played.
-            index: of the recorded frame that is nearest.
-            moment: of the replay's clock, in s.
-
-        Returns:
-            Whether it is of the chosen robot itself.
-        """
-        if isinstance(replay, LaneReplay):
-            self._clear_label()
-            self._arena.clear()
-            self._lanes.show(replay, moment)
-            self._pins.tell(replay, moment)
-            return False
-        self._lanes.clear()
-        self._arena.show(replay, index, moment)
+    def show(self, moment: ReplayMoment) -> None:
+        """Draw a moment, and take away what a replay of another kind has left."""
+        replay = moment.replay
+        if isinstance(replay, SideBySideReplay):
+            self._label.remove()
+            self._scene.clear()
+            self._side_by_side.show(replay, moment.time, self._scene.overlays)
+            self.pins.tell(replay, moment.time)
+            return
+        self._side_by_side.clear()
+        self._scene.show(moment)
         if isinstance(replay, WhatIfReplay):
-            self._show_label(replay, index)
-            return False
-        self._clear_label()
-        return True
+            self._label.show(replay, moment.index)
+        else:
+            self._label.remove()
+            self._live.show(moment)
 
     def clear(self) -> None:
-        """Remove all robots."""
-        self._clear_label()
-        self._arena.clear()
-        self._lanes.clear()
+        """Remove all robots from the scene."""
+        self._label.remove()
+        self._scene.clear()
+        self._side_by_side.clear()
 
     def close(self) -> None:
         """End what is being simulated."""
-        self._what_if.close()
+        self._what_if.stop()
 
-    def _play_lanes(self) -> None:
+    def _play_pinned(self) -> None:
         self._what_if.leave()
         self._play()
 
     def _play_variant(self) -> None:
-        self._pins.leave()
+        self.pins.leave()
         self._play()
 
-    def _show_label(self, replay: WhatIfReplay, index: int) -> None:
-        """Say over a variant that it is none of the archive's robots."""
-        with self._labelling:
-            new = replay is not self._labelled
-            if not new and index // LABEL_STEP == self._label_place:
-                return
-            self._label_place = index // LABEL_STEP
-            x, y = (float(v) for v in replay.frames[index].pose[..., :2].mean(axis=(0, 1)))
-            if new or self._label is None:
-                if self._label is not None:
-                    self._label.remove()
-                self._n_labels += 1
-                self._label = self._scene.add_label(
-                    f"/what-if/{self._n_labels}",
-                    f"what if · {describe(replay.morphology)}",
-                    position=(x, y, LABEL_HEIGHT),
-                    anchor="bottom-center",
-                )
-                self._labelled = replay
-            else:
-                self._label.position = (x, y, LABEL_HEIGHT)
 
-    def _clear_label(self) -> None:
-        with self._labelling:
-            if self._label is not None:
-                self._label.remove()
-            self._label = self._labelled = None
+class _VariantLabel:
+    """Says over a variant that it is none of the archive's robots. Threads may share it.
+
+    Args:
+        scene: of one client.
+    """
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._mutex = threading.Lock()
+        self._label: viser.LabelHandle | None = None
+        self._labelled: WhatIfReplay | None = None
+        self._step = -1
+        self._n_labels = 0
+
+    def show(self, replay: WhatIfReplay, index: int) -> None:
+        """Hang it over where the robot is at a recorded frame."""
+        with self._mutex:
+            step = index // LABEL_STEP
+            if replay is self._labelled and step == self._step:
+                return
+            self._step = step
+            x, y = (float(v) for v in replay.frames[index].pose[..., :2].mean(axis=(0, 1)))
+            if replay is self._labelled and self._label is not None:
+                self._label.position = (x, y, LABEL_HEIGHT)
+                return
+            self._remove()
+            self._n_labels += 1
+            self._label = self._scene.add_label(
+                f"/what-if/{self._n_labels}",
+                f"what if · {describe(replay.morphology)}",
+                position=(x, y, LABEL_HEIGHT),
+                anchor="bottom-center",
+            )
+            self._labelled = replay
+
+    def remove(self) -> None:
+        """Take it away."""
+        with self._mutex:
+            self._remove()
+
+    def _remove(self) -> None:
+        if self._label is not None:
+            self._label.remove()
+        self._label = self._labelled = None

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 
 import viser
 
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
+from app.gui.page_channel import page_file
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
 from engine.config import RunConfig
-from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.storage.rows import Ancestor
 from engine.tasks import get_task
@@ -25,21 +24,6 @@ WELCOME = (
     "**3** · Take it along with *Export*, or evolve your own below."
 )
 
-TABS_STYLE = (
-    '<style class="ta-robot">[role="tablist"]:has(>[title="What if"])>[role="tab"]{padding:0 .5em!important}'
-    '[role="tablist"]:has(>[title="What if"])>[role="tab"]>div{margin-right:.35em!important}</style>'
-)
-"""All tabs about a robot in one row."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Events:
-    """What the panel reports."""
-
-    export: Callable[[], None]
-    ancestor_chosen: Callable[[int], None]
-    pin: Callable[[], None]
-
 
 def dock(gui: viser.GuiApi) -> None:
     """Put a browser's main panel to the right, where what is said about a robot goes."""
@@ -49,43 +33,46 @@ def dock(gui: viser.GuiApi) -> None:
 
 
 class RobotPanel:
-    """Shows a robot: its card, what goes on inside it, from whom it descends."""
+    """Shows a robot: its card, what goes on inside it, from whom it descends.
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, events: Events) -> None:
+    Args:
+        client: the browser.
+        actions: of the browser.
+        ancestor_chosen: called with the number of an ancestor that is to be shown.
+    """
+
+    def __init__(
+        self, client: viser.ClientHandle, actions: Actions, ancestor_chosen: Callable[[int], None]
+    ) -> None:
         gui = client.gui
         dock(gui)
         with gui.add_folder("Robot"):
-            gui.add_html(TABS_STYLE)
+            gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
             self._welcome = gui.add_markdown(WELCOME)
             self._card = gui.add_html("")
-            self._export = gui.add_button(
+            self.export = gui.add_button(
                 "Export",
                 icon=viser.Icon.DOWNLOAD,
                 disabled=True,
                 hint="Download this robot as a zip: build sheet, parts, firmware, MJCF. Choose paper and"
                 " material under Take along",
             )
-            self._pin = gui.add_button(
+            """Asks for the robot's folder; who makes it listens."""
+            self.pin = gui.add_button(
                 "Pin",
                 icon=viser.Icon.PIN,
                 color="gray",
                 disabled=True,
                 hint="Pin or unpin this robot: those pinned can be seen side by side, see below",
             )
+            """Asks to pin the robot; who keeps the pins listens."""
             self.maker = FileMaker(client, actions)
-            """Shows how far the file is that is being made, below the button that most are asked for with."""
+            """Makes files of the robot one at a time, and shows below the buttons how far each is."""
             self.tabs = gui.add_tab_group()
             """Where tabs of other things about the robot may lie."""
-            self._live = LivePanel(gui, self.tabs)
-            self._lineage = LineagePanel(gui, self.tabs, events.ancestor_chosen)
-
-        @self._export.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            events.export()
-
-        @self._pin.on_click
-        def _(_event: viser.GuiEvent) -> None:
-            events.pin()
+            self.live = LivePanel(gui, self.tabs)
+            """What goes on inside it while it is replayed."""
+            self._lineage = LineagePanel(gui, self.tabs, ancestor_chosen)
 
     def show_robot(
         self,
@@ -107,19 +94,15 @@ class RobotPanel:
         """
         self._welcome.visible = False
         self._card.content = robot_card.render(config, evaluation, where, entered)
-        self._live.show_robot(config, evaluation)
+        self.live.show_robot(config, evaluation)
         distance = get_task(config.task).target_distance
         self._lineage.show(line, evaluation.solution.number, distance)
-        self._export.disabled = self._pin.disabled = False
+        self.export.disabled = self.pin.disabled = False
 
     def show_no_robot(self) -> None:
         """Show none, as at the start."""
         self._welcome.visible = True
         self._card.content = ""
-        self._live.clear()
+        self.live.clear()
         self._lineage.clear()
-        self._export.disabled = self._pin.disabled = True
-
-    def show_frame(self, replay: Playable, index: int, *, playing: bool) -> None:
-        """Show what goes on inside the robot at a frame of its replay."""
-        self._live.tick(replay, index, playing=playing)
+        self.export.disabled = self.pin.disabled = True

@@ -11,7 +11,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put, put_html
+from app.gui.widgets import ignoring_event, put, put_html
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology, with_face, with_modules, with_stiffness
 from engine.errors import InvalidData
@@ -35,11 +35,11 @@ HELP = (
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Events:
+class WhatIfEvents:
     """What the panel reports and asks.
 
     Attributes:
-        play: the arena is to show the variant, or the robot itself again.
+        play: the scene is to show the variant, or the robot itself again.
         may_simulate: asked before so many seconds of robots' time are simulated; it says why not.
     """
 
@@ -58,7 +58,11 @@ class WhatIfPanel:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, tabs: viser.GuiTabGroupHandle, actions: Actions, events: Events
+        self,
+        client: viser.ClientHandle,
+        tabs: viser.GuiTabGroupHandle,
+        actions: Actions,
+        events: WhatIfEvents,
     ) -> None:
         gui = client.gui
         self._actions, self._events = actions, events
@@ -68,7 +72,7 @@ class WhatIfPanel:
         self._timer: threading.Timer | None = None
         self._mutex = threading.RLock()
         self.watching = False
-        """Whether the arena shows the variant instead of the robot itself."""
+        """Whether the scene shows the variant instead of the robot itself."""
         with tabs.add_tab("What if", viser.Icon.FLASK):
             self._text = gui.add_html(NOTHING)
             self._modules = gui.add_slider(
@@ -121,8 +125,8 @@ class WhatIfPanel:
             if event.client is not None and self._body is not None:
                 actions.guarded(self._show_body)()
 
-        self._watch.on_click(lambda _event: actions.guarded(self._toggle)())
-        self._reset.on_click(lambda _event: actions.guarded(self.choose)(self._robot, again=True))
+        self._watch.on_click(ignoring_event(actions.guarded(self._toggle)))
+        self._reset.on_click(ignoring_event(actions.guarded(self._undo)))
 
     def choose(self, robot: Entry | None, *, again: bool = False) -> None:
         """Offer to change a robot; what was changed of another one is forgotten.
@@ -132,7 +136,7 @@ class WhatIfPanel:
             again: whether to replay the robot itself if its variant was being watched.
         """
         was = self.watching
-        self._stop()
+        self.stop()
         self._robot, self.watching = robot, False
         self._body = None if robot is None else robot.evaluation.solution.morphology
         put_html(self._text, NOTHING if robot is None else HELP)
@@ -155,10 +159,6 @@ class WhatIfPanel:
         if self._what_if is None:
             raise InvalidData("Change the robot first.")
         return WhatIfReplay(self._what_if, target)
-
-    def close(self) -> None:
-        """Simulate no more."""
-        self._stop()
 
     def _stiffer(self, body: Morphology) -> Morphology:
         value = self._stiffness.value
@@ -190,7 +190,7 @@ class WhatIfPanel:
         if self._robot is not None and body == self._robot.evaluation.solution.morphology:
             self.choose(self._robot, again=True)
             return
-        self._stop()
+        self.stop()
         self._body, self.watching = body, False
         self._show_body()
         put_html(self._result, "")
@@ -233,12 +233,16 @@ class WhatIfPanel:
         lines = view.compare(what_if.config, robot.evaluation, what_if.scores, second)
         put_html(self._result, view.render_table(lines, heading, what_if.failure))
 
+    def _undo(self) -> None:
+        self.choose(self._robot, again=True)
+
     def _toggle(self) -> None:
         self.watching = not self.watching and self._what_if is not None
         self._show_buttons()
         self._events.play()
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
+        """Simulate no more."""
         with self._mutex:
             if self._timer is not None:
                 self._timer.cancel()

@@ -11,16 +11,14 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put_html
-from app.maps.run_picker import label_paths
+from app.gui.widgets import ignoring_event, put_html
 from app.runs.comparison_window import ComparisonWindow
+from app.runs.run_names import label_paths
 from engine.analysis.comparison import Comparison, compare_runs
-from engine.errors import InvalidData
+from engine.errors import Cancelled, InvalidData
 from viz.report.report import render_page, report_sections
 from viz.report.style import DARK
 from viz.runs.run_list import RunFacts, render_choices
-
-Facts = Callable[[Path], RunFacts]
 
 
 class ComparePanel:
@@ -34,7 +32,11 @@ class ComparePanel:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, panel: viser.PanelHandle, facts: Facts, actions: Actions
+        self,
+        client: viser.ClientHandle,
+        panel: viser.PanelHandle,
+        facts: Callable[[Path], RunFacts],
+        actions: Actions,
     ) -> None:
         gui = client.gui
         self._client, self._facts, self._actions = client, facts, actions
@@ -69,8 +71,8 @@ class ComparePanel:
                 visible=False,
                 hint="Open the last comparison again",
             )
-        self._start.on_click(lambda _event: actions.guarded(self._compare_chosen)())
-        self._again.on_click(lambda _event: self._in_background(self._show)())
+        self._start.on_click(ignoring_event(actions.guarded(self._compare_chosen)))
+        self._again.on_click(ignoring_event(self._in_background(self._show)))
 
     def offer(self, paths: Sequence[Path], shown: Path | None) -> None:
         """Offer runs, at first those of the shown run's task; the list holds still while nothing changes."""
@@ -108,8 +110,6 @@ class ComparePanel:
         def work() -> None:
             try:
                 self._actions.guarded(action, alone=False)()
-            except BrowserGoneError:
-                pass
             finally:
                 self._tell("")
                 self._start.disabled = False
@@ -131,7 +131,7 @@ class ComparePanel:
 
     def _reading(self, path: Path, n: int, total: int) -> None:
         if self._actions.closed:
-            raise BrowserGoneError
+            raise Cancelled
         self._tell(f"Reading {n + 1} of {total}: {path.stem} …")
 
     def _show(self) -> None:
@@ -146,10 +146,6 @@ class ComparePanel:
     def _tell(self, text: str) -> None:
         line = f'<div style="font-size:12.5px;opacity:.8;padding:2px 10px">{html.escape(text)}</div>'
         put_html(self._status, line if text else "")
-
-
-class BrowserGoneError(Exception):
-    """Nobody waits for the comparison any more."""
 
 
 class RunChoice:

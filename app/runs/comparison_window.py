@@ -14,42 +14,15 @@ from typing import Final
 import viser
 
 from app.gui.click_channel import ClickChannel
+from app.gui.page_channel import page_file, run_script
 from app.gui.viser_private import ModalHandle
 from viz.report.report import ReportFigure, ReportSection, style
 from viz.report.style import WIDTH
 
-_PADDING: Final = 24
 _BAR: Final = "ta-comparison"
-
-# the figures are drawn for the dark: so is what they lie on, also where the app is light
-_STYLE: Final = f"""
-.mantine-Modal-content:has(.{_BAR}){{flex:0 0 min({WIDTH + 2 * _PADDING + 20}px,97vw)!important;
-max-height:94dvh!important;border-radius:10px;background:#242424;color:#c9c9c9;--mantine-color-body:#242424}}
-.mantine-Modal-content:has(.{_BAR}) .mantine-Modal-header{{display:none}}
-.mantine-Modal-content:has(.{_BAR}) .mantine-Modal-body{{padding:0 {_PADDING}px 18px}}
-div:has(>.{_BAR}){{position:sticky;top:0;z-index:1100}}
-div:has(>div>.{_BAR}){{padding-top:0!important}}
-.{_BAR}{{display:flex;flex-wrap:wrap;gap:6px 16px;align-items:center;margin:0 -{_PADDING}px;
-padding:12px {_PADDING}px;background:var(--mantine-color-body);border-bottom:1px solid #ffffff1f}}
-.{_BAR} b{{font-size:16px}}
-.{_BAR} nav{{flex:1;display:flex;flex-wrap:wrap;gap:5px}}
-.{_BAR} button{{border:0;border-radius:6px;background:#ffffff17;color:inherit;font:inherit;font-size:12.5px;
-padding:4px 11px;cursor:pointer}}
-.{_BAR} nav button{{border-radius:999px;background:#36b3a024;color:#7fd8ca}}
-.{_BAR} button:hover,.{_BAR} button:focus-visible{{background:#ffffff2e}}
-.{_BAR}-section{{scroll-margin-top:64px;padding-top:22px}}
-.{_BAR}-section h2{{font-size:19px;font-weight:620;margin:0 0 12px}}
-.{_BAR}-section p{{font-size:13.5px;max-width:86ch;opacity:.85;margin:0 0 14px}}
-.{_BAR}-caption{{font-size:12.5px;opacity:.75;max-width:100ch;margin:2px 0 22px}}
-"""
-
-_KEYS: Final = (
-    "var c=this.parentNode.querySelector('[data-c=\"close:0\"]'),o=this.closest('.mantine-Modal-inner');"
-    "document.addEventListener('keydown',function k(e){"
-    "if(!c.isConnected)document.removeEventListener('keydown',k);else if(e.key=='Escape')c.click()});"
-    "if(o)o.addEventListener('click',function(e){if(e.target==o)c.click()})"
-)
-"""Escape and a click beside the window close it."""
+"""Class of the bar; the classes and ids of all else begin with it."""
+_BESIDE: Final = 68
+"""Pixels of the window that are beside its figures: padding and a scroll bar."""
 
 
 class ComparisonWindow:
@@ -133,7 +106,8 @@ def _bar(title: str, sections: Sequence[ReportSection], handler: str) -> str:
         )
     )
     return (
-        f"<style>{_STYLE}{style()}</style>"
+        f"<style>.mantine-Modal-content:has(.{_BAR}){{--ta-width:{WIDTH + _BESIDE}px}}"
+        f"{page_file('comparison_window.css', __package__)}{style()}</style>"
         f'<div class="{_BAR}"><b>{html.escape(title)}</b><nav>{links}</nav>{buttons}'
-        f'<img alt="" src="data:," style="display:none" onerror="{html.escape(_KEYS)}"></div>'
+        f"{run_script(page_file('comparison_window.js', __package__))}</div>"
     )

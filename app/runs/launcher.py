@@ -2,7 +2,7 @@
 
 To pause is to stop: the process saves what is finished and ends, and ``resume`` goes on as if it had never
 stopped, to the last bit. A process that is only held (``SIGSTOP``) would keep its memory, would be lost with
-the machine, and would look live to everybody. A marker beside the run says that its user meant it.
+the machine, and would look live to everybody. A marker beside the run says that its user paused it.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def check_name(name: str) -> str:
     """Return the name of a run file without its suffix.
 
     Raises:
-        InvalidData: the name is none for a file.
+        InvalidData: a file cannot have that name.
     """
     name = name.removesuffix(SUFFIX)
     if not _NAME.fullmatch(name):
@@ -83,7 +83,7 @@ def start(new: NewRun) -> Path:
     """Start an evolution and wait until its run file exists.
 
     Raises:
-        InvalidData: the name is none for a file, or a choice is none of those on offer.
+        InvalidData: a file cannot have that name, or a choice is not on offer.
         RunFileError: the run did not start; the message is the command line's.
     """
     name = check_name(new.name)

@@ -21,7 +21,7 @@ POLL_INTERVAL = 0.25
 PROJECT_ARCHIVES = Path(__file__).resolve().parents[2] / "saved_archives"
 NEW_RUNS = Path("runs")
 UPLOADS = NEW_RUNS / "uploads"
-"""Where the files lie that browsers brought."""
+"""Where uploaded files lie."""
 PAUSED_SUFFIX = ".paused"
 """Ending of the marker beside a run that its user has paused."""
 

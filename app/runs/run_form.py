@@ -13,7 +13,7 @@ from typing import Any, Final
 import viser
 
 from app.gui.field_docs import field_docs
-from app.gui.widgets import put
+from app.gui.widgets import ignoring_event, put
 from app.runs.launcher import NewRun, check_name, choices
 from app.worker_flags import MAX_WORKERS
 from engine.config import PRESETS, RunConfig, from_json, inline_tables, preset, to_json
@@ -97,7 +97,7 @@ class RunForm:
                 icon=viser.Icon.PLAYER_PLAY,
                 hint="Evolve in a process of its own, which outlives the browser and the app",
             )
-        self.start.on_click(lambda _event: start())
+        self.start.on_click(ignoring_event(start))
         self._preset.on_update(lambda event: self._fill(event) if event.client is not None else None)
         for widget in (self._name, self._workers, *(f.widget for f in self._fields)):
             widget.on_update(lambda event: self.check() if event.client is not None else None)
@@ -123,7 +123,7 @@ class RunForm:
                 raise FieldError(f"{field.label}: {e}", field) from None
         base = preset(str(self._preset.value))
         initial = base.map_search.initial
-        if data["initial"] == initial:  # not thought of by whoever asks for few evaluations
+        if data["initial"] == initial:  # who asks for few evaluations does not think of it
             data["initial"] = min(initial, data["evaluations"])
         try:
             config = from_json(data)

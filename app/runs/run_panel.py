@@ -14,9 +14,10 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import put, put_html
+from app.gui.widgets import ignoring_event, put, put_html
 from app.runs import launcher
 from app.runs.run_form import RunForm
+from app.state import ShownRun
 from engine.errors import InvalidData
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.storage.rows import Generation
@@ -26,7 +27,7 @@ from viz.runs import run_progress
 RECENT: Final = 5
 """Generations, or looks at the run, that its speed is taken from."""
 LAST_WORDS_DELAY: Final = 1.5
-"""Seconds after a process has let go of its run within which it writes the last line of its log."""
+"""Seconds within which a process that has let go of its run writes the last line of its log."""
 MAX_DUMPS: Final = 20
 """Failed simulations that are listed."""
 
@@ -37,7 +38,7 @@ class RunPanel:
     Args:
         client: the browser; the folders go into its main panel.
         actions: of the browser.
-        shown: returns the run that is shown, None if none is.
+        run: that is shown.
         show: called with a run that was started.
         replay_dump: called with a failed simulation that the user wants to see.
         read_only: whether the browser may only look.
@@ -47,14 +48,14 @@ class RunPanel:
         self,
         client: viser.ClientHandle,
         actions: Actions,
+        run: ShownRun,
         *,
-        shown: Callable[[], Path | None],
         show: Callable[[Path], None],
         replay_dump: Callable[[Path], None],
         read_only: bool = False,
     ) -> None:
         gui = client.gui
-        self._actions, self._shown, self._show = actions, shown, show
+        self._actions, self._run, self._show = actions, run, show
         self._replay_dump = replay_dump
         self._seen: deque[tuple[float, int]] = deque(maxlen=RECENT)
         self._seen_path: Path | None = None
@@ -95,9 +96,9 @@ class RunPanel:
             gui.add_folder("New run", expand_by_default=False),
             actions.guarded(self.start_run, alone=False),
         )
-        self._pause.on_click(lambda _event: actions.guarded(self.pause_run, alone=False)())
-        self._stop.on_click(lambda _event: actions.guarded(self.stop_run, alone=False)())
-        self._resume.on_click(lambda _event: actions.guarded(self.resume_run, alone=False)())
+        self._pause.on_click(ignoring_event(actions.guarded(self.pause_run, alone=False)))
+        self._stop.on_click(ignoring_event(actions.guarded(self.stop_run, alone=False)))
+        self._resume.on_click(ignoring_event(actions.guarded(self.resume_run, alone=False)))
 
     def show_run(
         self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool
@@ -167,7 +168,7 @@ class RunPanel:
             self._resume.disabled = False
 
     def _path(self) -> Path:
-        path = self._shown()
+        path = self._run.path
         if self._form is None:
             raise InvalidData("This atlas is for looking only.")
         if path is None:
@@ -175,7 +176,7 @@ class RunPanel:
         return path
 
     def _show_trouble(self, path: Path) -> None:
-        if path == self._shown():
+        if path == self._run.path:
             words = launcher.last_words(path)
             put_html(self._trouble, "" if words is None else run_progress.render_trouble(words))
 

@@ -1,4 +1,4 @@
-"""Run files that browsers bring: checked before they lie where runs are looked for, never executed."""
+"""Run files that browsers upload: checked before they are among the runs, never executed."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Uploads:
     """Takes the files of one browser.
 
     Args:
-        button: that brings them.
+        button: that uploads them.
         gate: of the browser.
         actions: of the browser.
         show: called with a run that was taken.
@@ -63,7 +63,7 @@ def keep(name: str, content: bytes, folder: Path) -> Path:
     """Check a run file and keep it in a folder under a safe name.
 
     Args:
-        name: that the browser says it has.
+        name: of the file, as the browser says.
         content: of the file.
         folder: made if it does not exist.
 

@@ -1,1 +1,12 @@
-"""session."""
+"""Wires one browser: builds its panels and connects them. Nothing here draws or simulates by itself.
+
+Read in this order:
+
+- ``session``: the panels, and what the user does with runs, generations and cells.
+- ``chosen_robot``: from a click to a replay; connects the panels about a robot.
+- ``navigation``: goes where the browser's address points, and keeps the address true.
+- ``address``: what an address says.
+- ``commands``: the command palette.
+- ``software_rendering``: what a browser without a graphics card is spared.
+- ``dump_session``: a browser that looks at a failed simulation instead of runs.
+"""

@@ -14,14 +14,12 @@ import dataclasses
 import json
 import re
 import urllib.parse
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Final, Self
 
 import viser
 
-from app.gui.browser_value import PageValue
-from app.maps.run_picker import label_paths
+from app.gui.browser_value import BrowserValue
 from engine.errors import InvalidData
 from engine.replay.trial import FIRST_TRIAL, Aim, TrialChoice
 from engine.search.archive import Cell
@@ -34,7 +32,7 @@ _ARCHIVE: Final = re.compile(r"[a-z0-9-]{1,40}")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class Address:
     """What an address says; None is what it does not say.
 
     Attributes:
@@ -82,7 +80,7 @@ class Place:
         )
 
     def query(self) -> str:
-        """Return the query that ``parse`` reads as this place; empty if it says nothing."""
+        """Return the query that ``parse`` reads as this address; empty if it says nothing."""
         trial = self.trial
         said = {
             "run": self.run,
@@ -106,33 +104,19 @@ def _aim(text: str) -> Aim | None:
     return None
 
 
-def run_name(path: Path, paths: Sequence[Path]) -> str | None:
-    """Return the name of a run among those on offer."""
-    return next((label for label, p in label_paths(paths).items() if p == path), None)
-
-
-def find_run(name: str, paths: Sequence[Path]) -> Path | None:
-    """Return the run on offer that a name means, None if it means none; names are never used as paths."""
-    labels = label_paths(paths)
-    if name in labels:
-        return labels[name]
-    # when the address was written, there may have been fewer or more runs of the same name
-    end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
-    ways = [end[-n:] for n in range(len(end), 0, -1)]
-    return next((p for way in ways for p in paths if p.with_suffix("").parts[-len(way) :] == way), None)
-
-
 class AddressBar:
     """Reads a browser's address once, when its page is there, and writes it from then on.
 
     Args:
         gui: of one client, at a place that is always on the page.
-        arrived: called with the place that the browser came for.
+        arrived: called with the address that the browser came with.
     """
 
-    def __init__(self, gui: viser.GuiApi, arrived: Callable[[Place], None]) -> None:
-        self._value = PageValue(gui, "address", "location.search", lambda text: arrived(Place.parse(text)))
+    def __init__(self, gui: viser.GuiApi, arrived: Callable[[Address], None]) -> None:
+        self._value = BrowserValue(
+            gui, "address", "location.search", lambda text: arrived(Address.parse(text))
+        )
 
-    def show(self, place: Place) -> None:
+    def show(self, address: Address) -> None:
         """Write an address, without a step in the browser's history."""
-        self._value.change(f"history.replaceState(null,'',location.pathname+{json.dumps(place.query())})")
+        self._value.change(f"history.replaceState(null,'',location.pathname+{json.dumps(address.query())})")

@@ -1,4 +1,4 @@
-"""The robot that a browser's user has chosen: its card, its replay, and what it is compared with."""
+"""The robot that a browser's user has chosen: its card, its replay, its files, what it is compared with."""
 
 from __future__ import annotations
 
@@ -9,25 +9,24 @@ from pathlib import Path
 import numpy as np
 import viser
 
-from app.downloads.downloads import NO_ROBOT, Takeaway
+from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
+from app.gui.widgets import ignoring_event
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.maps import archives_panel
 from app.maps.map_board import MapBoard
-from app.replay import transport
-from app.replay.ground_picker import GroundPointer
-from app.replay.overlays import Marks
+from app.replay.ground_picker import GroundPicker
 from app.replay.player import Player
-from app.replay.scene import Arena
+from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
+from app.replay.transport import TransportEvents, TransportPanel
 from app.robot import robot_panel
-from app.robot.replay_source import Stage
+from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
-from app.state import Selection, SessionState
+from app.state import Choice, Selection, ShownRun
 from engine.errors import InvalidData
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
-from engine.replay.recording import Playable
 from engine.replay.replay import Replay
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell, cell_name
@@ -41,18 +40,20 @@ class ChosenRobot:
 
     Args:
         client: the browser.
-        state: what it looks at.
+        run: that is shown.
+        choice: that it makes.
         library: the runs.
         board: the maps, on which the robot is marked.
         actions: of the browser.
-        moved: called when the place that the browser is at has become another one.
+        moved: called when the browser shows something else than its address says.
         read_only: whether the browser is a visitor's, whose simulations are limited.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        state: SessionState,
+        run: ShownRun,
+        choice: Choice,
         library: Library,
         board: MapBoard,
         actions: Actions,
@@ -60,77 +61,57 @@ class ChosenRobot:
         moved: Callable[[], None],
         read_only: bool,
     ) -> None:
-        self._state, self._library, self._board = state, library, board
+        self._run, self._choice, self._library, self._board = run, choice, library, board
         self._actions, self._moved = actions, moved
         guarded = actions.guarded
-        camera = SceneCamera(client)
-        self._arena = Arena(client, camera)
-        self._pointer = GroundPointer(client.scene, actions)
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
-        self._player = Player(self._show_moment, lambda: self._transport.refresh(), self._may_simulate)
-        self._panel = robot_panel.RobotPanel(
-            client,
-            actions,
-            robot_panel.Events(
-                export=guarded(lambda: self.takeaway.export()),
-                ancestor_chosen=guarded(self.choose_ancestor),
-                pin=guarded(lambda: self._stage.pin()),
-            ),
-        )
-        self.takeaway = Takeaway(
-            client,
-            state,
-            library,
-            actions,
-            self._panel.maker,
-            budget=self._budget,
-            moment=lambda: self._player.time,
+        self._picker = GroundPicker(client.scene, actions)
+        camera = SceneCamera(client)
+        scene = Scene(client, camera)
+        self.player = Player(self._may_simulate)
+        """Plays it."""
+        self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
+        self.downloads = Downloads(
+            client, run, choice, library, actions, self._panel.maker, self.player, budget=self._budget
         )
         """Makes files of it."""
-        self._stage = Stage(
+        self._source = ReplaySource(
             client,
-            self._arena,
+            scene,
             camera,
-            self._panel.tabs,
+            self._panel,
             actions,
             play=self._play_again,
             may_simulate=self._may_simulate,
         )
-        self._transport = transport.TransportPanel(
+        self._transport = TransportPanel(
             client,
-            self._player,
-            transport.Events(
-                trial_chosen=guarded(self.choose_trial),
-                elsewhere=guarded(self.place_target),
-                follow_changed=self._set_follow,
-                marks_changed=self._set_marks,
-            ),
+            self.player,
+            scene,
+            TransportEvents(guarded(self.choose_trial), guarded(self.place_target)),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
+        self.player.show_with(self._source.show)
+        self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))
+        self._panel.pin.on_click(ignoring_event(guarded(self._source.pins.pin_or_unpin)))
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
-        self.takeaway.close()
-        self._stage.close()
-        self._player.close()
-
-    def clear(self) -> None:
-        """Show no robot: another run is about to be shown."""
-        self._pointer.cancel()
-        self._player.unload()
-        self._stage.clear()
-        self._panel.show_no_robot()
-        self.takeaway.panel.allow_robot(False)
-        self._stage.choose(None)
+        self._panel.maker.cancel()
+        self._source.close()
+        self.player.close()
 
     def begin(self, reader: RunReader) -> None:
-        """Offer the trials of a run."""
+        """Show no robot, and offer the trials of a run that is about to be shown."""
+        self._choice.forget()
+        self._picker.cancel()
+        self.player.unload()
+        self._source.clear()
+        self._panel.show_no_robot()
+        self.downloads.panel.allow_robot(False)
+        self._source.choose(None)
         task = get_task(reader.config.task)
         self._transport.set_trials(task.target_names, reader.config.trials.repeats)
-
-    def refresh(self) -> None:
-        """Show where the replay is."""
-        self._transport.refresh()
 
     def choose(
         self,
@@ -152,14 +133,16 @@ class ChosenRobot:
             InvalidData: it was never tried so.
         """
         reader = self._reader()
-        self._state.selection = Selection(
-            archive,
-            cell,
-            reader.evaluation(number),
-            reader.generation_of(number),
-            tuple(reader.lineage(number)),
+        self._show(
+            Selection(
+                archive,
+                cell,
+                reader.evaluation(number),
+                reader.generation_of(number),
+                tuple(reader.lineage(number)),
+            ),
+            trial,
         )
-        self._show(trial)
 
     def choose_ancestor(self, number: int) -> None:
         """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
@@ -167,13 +150,13 @@ class ChosenRobot:
         Raises:
             RunFileError: the run has no such evaluation.
         """
-        if (origin := self._state.selection) is None:
+        if (origin := self._choice.selection) is None:
             return
         reader = self._reader()
-        self._state.selection = dataclasses.replace(
+        ancestor = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show(TrialChoice(target=self._state.trial.target))
+        self._show(ancestor, TrialChoice(target=self._choice.trial.target))
 
     def choose_trial(self, trial: TrialChoice) -> None:
         """Replay a trial of the chosen robot, or of what is shown instead of it.
@@ -181,23 +164,19 @@ class ChosenRobot:
         Raises:
             InvalidData: there is no such trial.
         """
-        chosen = self._state.selection
-        self._pointer.cancel()
-        if self._stage.shows_a_variant:
+        self._picker.cancel()
+        if self._source.shows_a_variant:
             trial = dataclasses.replace(trial, aim=None)
-        replay = self._stage.replay(trial)
-        if replay is None and chosen is not None:
-            replay = Replay.of(self._reader().config, chosen.evaluation, trial)
+        replay = self._source.replay(trial)
         if replay is None:
-            self._player.unload()
-            self._stage.clear()
+            self.player.unload()
+            self._source.clear()
             self._actions.notify("No robot chosen", NO_ROBOT)
             return
-        self._state.trial = trial
+        self._choice.replay(trial)
         self._transport.select_trial(trial)
         self._moved()
-        self._player.load(replay)
-        self._transport.refresh()
+        self.player.load(replay)
 
     def replay_dump(self, path: Path) -> None:
         """Play the last moments of a simulation that failed.
@@ -206,9 +185,8 @@ class ChosenRobot:
             DumpError: the file cannot be read as a dump.
         """
         dump = read_dump(path)
-        self._stage.clear()
-        self._player.load(DumpReplay(dump))
-        self._transport.refresh()
+        self._source.clear()
+        self.player.load(DumpReplay(dump))
         failed = dump.failed
         self._actions.notify(
             f"Robot {failed.solution.number}, simulated until it failed", failed.failure.reason
@@ -220,17 +198,11 @@ class ChosenRobot:
         Raises:
             InvalidData: there is none.
         """
-        if self._player.replay is None:
+        replay = self.player.replay
+        if replay is None:
             raise InvalidData(NO_ROBOT)
-        self._player.seek(self._player.replay.start_time)
-        self._player.play()
-        self._transport.refresh()
-
-    def toggle_replay(self) -> None:
-        """Play or pause the replay, if there is one."""
-        if self._player.replay is not None:
-            self._player.toggle()
-            self._transport.refresh()
+        self.player.seek(replay.start_time)
+        self.player.play()
 
     def place_target(self) -> None:
         """Let the user click on the ground where the target is to be, and replay the robot with it there.
@@ -238,25 +210,24 @@ class ChosenRobot:
         Raises:
             InvalidData: it is not one robot of an archive that is shown.
         """
-        if not isinstance(self._player.replay, Replay):
+        if not isinstance(self.player.replay, Replay):
             raise InvalidData(
                 "Choose a robot first."
-                if self._player.replay is None
+                if self.player.replay is None
                 else "A target can be placed while one robot of an archive is replayed; go back to it first."
             )
-        self._pointer.ask(self._aim)
+        self._picker.ask(self._aim)
         self._actions.notify("Where to?", "Click on the ground where the target is to be.")
 
     def _aim(self, point: np.ndarray) -> None:
         """Replay the robot with its target at a (2,) point of the ground."""
-        replay = self._player.replay
+        replay = self.player.replay
         if isinstance(replay, Replay):
-            self.choose_trial(dataclasses.replace(self._state.trial, aim=replay.aim_at(point)))
+            self.choose_trial(dataclasses.replace(self._choice.trial, aim=replay.aim_at(point)))
 
-    def _show(self, trial: TrialChoice) -> None:
-        """Show the chosen robot and replay a trial of it."""
-        chosen = self._state.selection
-        assert chosen is not None
+    def _show(self, chosen: Selection, trial: TrialChoice) -> None:
+        """Show a robot and replay a trial of it."""
+        self._choice.select(chosen)
         where = chosen.archive
         if chosen.cell is not None:
             where += f" cell {cell_name(chosen.cell)}"
@@ -264,9 +235,9 @@ class ChosenRobot:
             where = f"ancestor of robot {chosen.line[0].number}"
         reader = self._reader()
         self._panel.show_robot(reader.config, chosen.evaluation, where, chosen.entered, line=chosen.line)
-        self.takeaway.panel.allow_robot(True)
+        self.downloads.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)
-        self._stage.choose(
+        self._source.choose(
             Entry(
                 path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
             )
@@ -275,7 +246,7 @@ class ChosenRobot:
 
     def _play_again(self) -> None:
         """Replay the present trial from its start."""
-        self.choose_trial(self._state.trial)
+        self.choose_trial(self._choice.trial)
 
     def _may_simulate(self, seconds: float) -> bool:
         try:
@@ -286,17 +257,4 @@ class ChosenRobot:
         return True
 
     def _reader(self) -> RunReader:
-        return self._library.shown(self._state.path)
-
-    def _show_moment(self, replay: Playable, index: int, moment: float) -> None:
-        if replay is self._player.replay:
-            if self._stage.show(replay, index, moment):
-                self._panel.show_frame(replay, index, playing=self._player.playing)
-            self._transport.tick()
-
-    def _set_marks(self, marks: Marks) -> None:
-        self._arena.marks = marks
-        self._player.redraw()
-
-    def _set_follow(self, follow: bool) -> None:
-        self._arena.follow = follow
+        return self._library.shown(self._run.path)

@@ -1,16 +1,36 @@
-"""What the command palette of a session offers."""
+"""The main actions of one browser in viser's command palette, which Ctrl+K opens."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import viser
+from viser import IconName
 
 from app.gui.actions import Actions
+from app.gui.widgets import ignoring_event
 from app.maps.run_picker import RunPicker
 from app.runs.run_panel import RunPanel
 from app.session.chosen_robot import ChosenRobot
-from app.session.palette import Command
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PaletteCommand:
+    """Something to do.
+
+    Attributes:
+        label: what it does, in an imperative.
+        description: what there is to know about it.
+        icon: one of viser's.
+        action: does it.
+    """
+
+    label: str
+    description: str
+    icon: IconName
+    action: Callable[[], None]
 
 
 class Viewer(Protocol):
@@ -31,94 +51,103 @@ class Viewer(Protocol):
 
 def viewing_commands(
     session: Viewer, robot: ChosenRobot, actions: Actions, picker: RunPicker
-) -> list[Command]:
+) -> list[PaletteCommand]:
     """Return what everybody may do."""
-    guarded, icon, takeaway = actions.guarded, viser.Icon, robot.takeaway
+    guarded, icon, downloads = actions.guarded, viser.Icon, robot.downloads
     return [
-        Command(
+        PaletteCommand(
             "Choose a run",
             "Unfold the list of runs",
             icon.LIST,
             guarded(picker.show_list),
         ),
-        Command(
+        PaletteCommand(
             "Show the next run", "The one below in the list", icon.ARROW_DOWN, guarded(session.open_next)
         ),
-        Command(
+        PaletteCommand(
             "Show the first generation",
             "The maps as they began",
             icon.PLAYER_SKIP_BACK,
             guarded(lambda: session.show_generation(0)),
         ),
-        Command(
+        PaletteCommand(
             "Show the newest generation",
             "The maps as they are, and as a live run goes on",
             icon.PLAYER_SKIP_FORWARD,
             guarded(session.show_newest),
         ),
-        Command("Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.toggle_replay)),
-        Command(
+        PaletteCommand(
+            "Play or pause the replay", "As Space does", icon.PLAYER_PLAY, guarded(robot.player.toggle)
+        ),
+        PaletteCommand(
             "Replay from the start", "As the robot is dropped", icon.REFRESH, guarded(robot.replay_again)
         ),
-        Command(
+        PaletteCommand(
             "Place the target",
             "Click on the ground where the robot is to crawl to",
             icon.TARGET,
             guarded(robot.place_target),
         ),
-        Command(
+        PaletteCommand(
             "Export this robot",
             "Download it as a zip: build sheet, parts, firmware, MJCF",
             icon.DOWNLOAD,
-            guarded(takeaway.export),
+            guarded(downloads.export),
         ),
-        Command(
+        PaletteCommand(
             "Add this robot to the basket",
             "Keep it, to download several at once",
             icon.BASKET,
-            guarded(takeaway.add),
+            guarded(downloads.add),
         ),
-        Command(
+        PaletteCommand(
             "Save the replay as a video",
             "An MP4 of the trial that is shown",
             icon.MOVIE,
-            guarded(lambda: takeaway.record("mp4")),
+            guarded(lambda: downloads.record("mp4")),
         ),
-        Command(
+        PaletteCommand(
             "Save the replay as a page",
             "One HTML file that plays without a server",
             icon.FILE_CODE,
-            guarded(lambda: takeaway.record("html")),
+            guarded(lambda: downloads.record("html")),
         ),
     ]
 
 
-def steering_commands(run: RunPanel, actions: Actions) -> list[Command]:
+def steering_commands(run: RunPanel, actions: Actions) -> list[PaletteCommand]:
     """Return what visitors may not do."""
     guarded, icon = actions.guarded, viser.Icon
     return [
-        Command(
+        PaletteCommand(
             "Start the new run",
             "As its form on the right says",
             icon.ROCKET,
             guarded(run.start_run, alone=False),
         ),
-        Command(
+        PaletteCommand(
             "Pause this run",
             "Its process saves and ends; Resume goes on exactly there",
             icon.PLAYER_PAUSE,
             guarded(run.pause_run, alone=False),
         ),
-        Command(
+        PaletteCommand(
             "Resume this run",
             "As if it had never stopped",
             icon.PLAYER_TRACK_NEXT,
             guarded(run.resume_run, alone=False),
         ),
-        Command(
+        PaletteCommand(
             "Stop this run",
             "Its process saves and ends",
             icon.PLAYER_STOP,
             guarded(run.stop_run, alone=False),
         ),
     ]
+
+
+def add_commands(gui: viser.GuiApi, commands: Sequence[PaletteCommand]) -> None:
+    """Put commands into a browser's palette."""
+    for command in commands:
+        handle = gui.add_command(command.label, description=command.description, icon=command.icon)
+        handle.on_trigger(ignoring_event(command.action))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 from pathlib import Path
 from typing import Final, Protocol
@@ -9,12 +10,14 @@ from typing import Final, Protocol
 import viser
 
 from app.gui.actions import Actions
+from app.maps.map_board import MapBoard
 from app.runs.library import Library
-from app.session.address import AddressBar, Place, find_run, run_name
+from app.runs.run_names import find_run, run_name
+from app.session.address import Address, AddressBar
 from app.session.chosen_robot import ChosenRobot
-from app.state import SessionState
+from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
-from engine.search.archive import Cell, cell_name
+from engine.search.archive import cell_name
 
 PATIENCE: Final = 4.0
 """Seconds that a browser has to say what it came for."""
@@ -35,102 +38,101 @@ class Traveller(Protocol):
         """Show the maps as they were."""
         ...
 
-    def holder(self, archive: str, cell: Cell) -> int | None:
-        """Return the number of the evaluation that a cell of an archive holds."""
-        ...
-
 
 class Navigation:
-    """Sends a session to the place of its browser's address once that is known.
+    """Sends a session to the place of its browser's address once that is known, and keeps the address true.
 
     Args:
         client: the browser.
-        traveller: the session.
-        robot: where a robot is chosen.
-        state: of the session.
+        run: that is shown.
+        choice: the chosen robot and its trial.
         library: the runs on offer.
+        board: the maps.
         actions: of the browser.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        traveller: Traveller,
-        robot: ChosenRobot,
-        state: SessionState,
+        run: ShownRun,
+        choice: Choice,
         library: Library,
+        board: MapBoard,
         actions: Actions,
     ) -> None:
-        self._traveller, self._robot, self._state, self._library = traveller, robot, state, library
+        self._run, self._choice, self._library, self._board = run, choice, library, board
         self._gui, self._actions = client.gui, actions
         self._arrived = False
         self._bar: AddressBar | None = None
-        # a program that is no browser never says where it came for
-        self._impatience = threading.Timer(PATIENCE, actions.guarded(self._arrive), [Place()])
-        self._impatience.daemon = True
+        self._impatience: threading.Timer | None = None
 
-    def begin(self) -> None:
-        """Ask the browser what it came for; the session is ready to go there."""
-        self._bar = AddressBar(self._gui, self._actions.guarded(self._arrive))
+    def begin(self, traveller: Traveller, robot: ChosenRobot) -> None:
+        """Ask the browser what it came for.
+
+        Args:
+            traveller: the session, ready to go there.
+            robot: where a robot is chosen.
+        """
+        arrive = self._actions.guarded(functools.partial(self._arrive, traveller, robot))
+        # a program that is no browser never says what it wants to see
+        self._impatience = threading.Timer(PATIENCE, arrive, [Address()])
+        self._impatience.daemon = True
+        self._bar = AddressBar(self._gui, arrive)
         self._impatience.start()
 
     def close(self) -> None:
         """Wait for nobody any more."""
-        self._impatience.cancel()
+        if self._impatience is not None:
+            self._impatience.cancel()
 
-    def update(self, generation: int | None) -> None:
-        """Bring the address up to date.
-
-        Args:
-            generation: that the maps show, None if they show none.
-        """
-        state = self._state
-        if state.path is None or self._bar is None:
+    def update(self) -> None:
+        """Bring the address up to date."""
+        run, chosen = self._run, self._choice.selection
+        if run.path is None or self._bar is None:
             return
-        chosen = state.selection
         self._bar.show(
-            Place(
-                run=run_name(state.path, self._library.runs()),
+            Address(
+                run=run_name(run.path, self._library.runs()),
                 archive=None if chosen is None else chosen.archive,
                 cell=None if chosen is None else chosen.own_cell,
                 robot=None if chosen is None else chosen.number,
-                generation=None if state.follow_newest else generation,
-                trial=state.trial,
+                generation=None if run.follow_newest else self._board.generation,
+                trial=self._choice.trial,
             )
         )
 
-    def _arrive(self, place: Place) -> None:
+    def _arrive(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:
         """Go where the browser came for, or to the first run; what cannot be found is said.
 
         Raises:
             TensAtlasError: the run cannot be shown, or there is nothing where the address points.
         """
         fresh, self._arrived = not self._arrived, True
-        self._impatience.cancel()
-        path = None if place.run is None else find_run(place.run, self._library.runs())
+        self.close()
+        path = None if address.run is None else find_run(address.run, self._library.runs())
         if path is None:
-            if place.run is not None:
+            if address.run is not None:
                 self._actions.notify(
                     "No such run",
-                    f"There is no run {place.run[:80]!r} here; choose one from the list.",
+                    f"There is no run {address.run[:80]!r} here; choose one from the list.",
                     stays=True,
                 )
             if fresh:
-                self._traveller.open_first()
+                traveller.open_first()
             return
         try:
-            self._traveller.open_run(path)
+            traveller.open_run(path)
         except TensAtlasError:
-            self._traveller.open_first()
+            traveller.open_first()
             raise
-        if place.generation is not None:
-            self._traveller.show_generation(place.generation)
-        archive, number = place.archive or "morphology", place.robot
-        if number is None and place.cell is not None:
-            number = self._traveller.holder(archive, place.cell)
+        if address.generation is not None:
+            traveller.show_generation(address.generation)
+        archive, number = address.archive or "morphology", address.robot
+        if number is None and address.cell is not None:
+            number = self._board.holder(archive, address.cell)
             if number is None:
                 raise InvalidData(
-                    f"Cell {cell_name(place.cell)} of the {archive} archive is empty; click a filled one."
+                    f"Cell {cell_name(address.cell)} of the {archive} archive is empty; click a filled one."
                 )
         if number is not None:
-            self._robot.choose(archive, place.cell, number, place.trial)
+            robot.choose(archive, address.cell, number, address.trial)

@@ -8,8 +8,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.viser_private import Gate
-from app.maps import archives_panel
-from app.maps.color_controls import ColorWish
+from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
 from app.maps.generation_player import GenerationPlayer
 from app.maps.map_board import MapBoard
 from app.maps.shared_scale import SharedScale
@@ -18,11 +17,10 @@ from app.runs.library import Library, RunStatus
 from app.runs.run_panel import RunPanel
 from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
-from app.session.commands import steering_commands, viewing_commands
+from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
-from app.session.palette import add_commands
 from app.session.software_rendering import spare_software_rendering
-from app.state import SessionState
+from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader, changed_versions
@@ -42,52 +40,53 @@ class Session:
         self, client: viser.ClientHandle, library: Library, *, gate: Gate, read_only: bool = False
     ) -> None:
         self._library = library
-        self._state = SessionState()
-        self._actions = Actions(client)
-        self._mutex, guarded = self._actions.mutex, self._actions.guarded
-        self._archives = archives_panel.ArchivesPanel(
-            client,
-            library.facts,
-            archives_panel.Events(
-                run_chosen=guarded(self.open_run),
-                generation_chosen=self._slide,
-                cell_clicked=guarded(self.pick),
-                layout_chosen=guarded(self._set_layout),
-                colors_changed=guarded(self._set_colors),
-                growth_played=guarded(self._play_growth),
-                space_pressed=guarded(lambda: self._robot.toggle_replay()),
-            ),
-        )
+        self._run, self._wanted_generation = ShownRun(), 0
+        choice = Choice()
+        self._actions = actions = Actions(client)
+        self._mutex, guarded = actions.mutex, actions.guarded
+        self._archives = ArchivesPanel(client, library.facts)
         if not read_only:
-            Uploads(self._archives.picker.upload, gate, self._actions, self.open_run)
+            Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
-        self._board = MapBoard(self._archives, self._actions.notify, SharedScale(library).limits)
+        self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
-        self._compare = ComparePanel(client, self._archives.panel, library.facts, self._actions)
+        self._compare = ComparePanel(client, self._archives.panel, library.facts, actions)
+        self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
             client,
-            self._state,
+            self._run,
+            choice,
             library,
             self._board,
-            self._actions,
-            moved=lambda: self._navigation.update(self._board.generation),
+            actions,
+            moved=self._navigation.update,
             read_only=read_only,
         )
-        self._run = RunPanel(
+        self._run_panel = RunPanel(
             client,
-            self._actions,
-            shown=lambda: self._state.path,
+            actions,
+            self._run,
             show=self.open_run,
             replay_dump=self._robot.replay_dump,
             read_only=read_only,
         )
-        commands = viewing_commands(self, self._robot, self._actions, self._archives.picker)
+        self._archives.connect(
+            ArchivesEvents(
+                run_chosen=guarded(self.open_run),
+                generation_chosen=self._slide,
+                cell_clicked=guarded(self.pick),
+                layout_chosen=guarded(self._board.set_layout),
+                colors_changed=guarded(self._board.set_colors),
+                growth_played=guarded(self._play_growth),
+                space_pressed=guarded(self._robot.player.toggle),
+            )
+        )
+        commands = viewing_commands(self, self._robot, actions, self._archives.picker)
         if not read_only:
-            commands += steering_commands(self._run, self._actions)
+            commands += steering_commands(self._run_panel, actions)
         add_commands(client.gui, commands)
-        self._navigation = Navigation(client, self, self._robot, self._state, library, self._actions)
-        self._navigation.begin()
-        self._robot.takeaway.begin(client.gui)
+        self._navigation.begin(self, self._robot)
+        self._robot.downloads.begin(client.gui)
         spare_software_rendering(client)
 
     def open_next(self) -> None:
@@ -95,13 +94,13 @@ class Session:
         paths = self._library.runs()
         if not paths:
             raise InvalidData("There is no run yet; start one under New run.")
-        k = paths.index(self._state.path) if self._state.path in paths else -1
+        k = paths.index(self._run.path) if self._run.path in paths else -1
         self.open_run(paths[(k + 1) % len(paths)])
 
     def show_newest(self) -> None:
         """Show the maps as they are, and follow the run."""
-        if self._state.last is not None:
-            self.show_generation(self._state.last.number)
+        if self._run.last is not None:
+            self.show_generation(self._run.last.number)
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""
@@ -120,10 +119,9 @@ class Session:
         """
         reader = self._library.reader(path)
         self._growth.stop()
-        self._robot.clear()
-        self._board.clear()
-        self._state.begin(path, reader)
         self._robot.begin(reader)
+        self._board.clear()
+        self._run.begin(path, reader)
         if change := reader.task_change:
             self._actions.notify(
                 "Another task", f"Note: {change}. Replays may differ from what was evaluated."
@@ -132,19 +130,18 @@ class Session:
         self._archives.show_changes(changed_versions(path))
         status = self._library.status(path)
         self._update(reader, status)
-        self._robot.refresh()
         self._library.watch(self, path, self._run_moved, status)
-        self._navigation.update(self._board.generation)
+        self._navigation.update()
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
-        reader, last = self._reader(), self._state.last
+        reader, last = self._reader(), self._run.last
         if last is None:
             return
         number = min(max(number, 0), last.number)
-        self._state.follow_newest = number == last.number
+        self._run.look_at(number)
         self._draw(reader, number)
-        self._navigation.update(self._board.generation)
+        self._navigation.update()
 
     def pick(self, map_name: str, cell: Cell) -> None:
         """Choose the robot that a cell of a map shows and replay it; say so if the cell is empty."""
@@ -158,10 +155,6 @@ class Session:
             )
             return
         self._robot.choose(picked.archive, picked.cell, picked.number)
-
-    def holder(self, archive: str, cell: Cell) -> int | None:
-        """Return the number of the evaluation that a cell of an archive holds in the shown generation."""
-        return self._board.holder(archive, cell)
 
     def open_first(self) -> None:
         """Show the first run that can be shown, or say that there is none."""
@@ -184,26 +177,26 @@ class Session:
 
     def _offer(self, shown: Path | None) -> None:
         paths = self._library.runs()
-        self._archives.offer(paths, shown)
+        self._archives.picker.offer(paths, shown)
         self._compare.offer(paths, shown)
 
     def _slide(self, number: int) -> None:
-        """Show a generation unless the slider has moved on by the time that others are done."""
+        """Show a generation, unless the slider has moved on before this action has its turn."""
         self._growth.stop()
-        self._state.wanted_generation = number
+        self._wanted_generation = number
 
         def show() -> None:
-            if self._state.wanted_generation == number:
+            if self._wanted_generation == number:
                 self.show_generation(number)
 
         self._actions.guarded(show)()
 
     def _run_moved(self, path: Path, status: RunStatus) -> None:
         def update() -> None:
-            if path != self._state.path:
+            if path != self._run.path:
                 return
             reader = self._library.reader(path)
-            if reader is not self._state.reader:  # another file has taken its place
+            if reader is not self._run.reader:  # another file has taken its place
                 self.open_run(path)
                 return
             self._offer(path)
@@ -213,39 +206,31 @@ class Session:
 
     def _update(self, reader: RunReader, status: RunStatus) -> None:
         """Bring everything up to date with a run file."""
-        state = self._state
-        new = reader.generations(-1 if state.last is None else state.last.number)
-        state.generations += new
-        budget, last = reader.config.evaluations, state.last
+        run = self._run
+        new = reader.generations(-1 if run.last is None else run.last.number)
+        run.add(new)
+        budget, last = reader.config.evaluations, run.last
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
-        self._run.show_run(reader.path, status.n_evaluations, budget, state.generations, live=status.live)
+        self._run_panel.show_run(reader.path, status.n_evaluations, budget, run.generations, live=status.live)
         self._board.refresh()
         if new and last is not None:
-            if state.follow_newest:
+            if run.follow_newest:
                 self._draw(reader, last.number)
             elif self._board.generation is not None:
-                self._archives.show_trend(state.generations, self._board.generation)
+                self._archives.show_trend(run.generations, self._board.generation)
 
     def _draw(self, reader: RunReader, number: int) -> None:
-        generations = self._state.generations
+        generations = self._run.generations
         self._board.show(reader, next(g for g in generations if g.number == number), generations[-1])
         self._archives.show_trend(generations, number)
-
-    def _set_layout(self, name: str) -> None:
-        self._board.set_layout(name)
-
-    def _set_colors(self, wish: ColorWish) -> None:
-        self._board.set_colors(wish)
 
     def _play_growth(self) -> None:
         """Run through the generations, or stop that."""
         if self._growth.playing:
             self._growth.stop()
         elif self._board.generation is not None:
-            self._growth.play(
-                self._board.generation, lambda: self._state.last.number if self._state.last else 0
-            )
+            self._growth.play(self._board.generation, lambda: self._run.last.number if self._run.last else 0)
 
     def _grow(self, number: int) -> bool:
         """Show the next generation of those that play, unless something has stopped that."""
@@ -261,4 +246,4 @@ class Session:
         return shown
 
     def _reader(self) -> RunReader:
-        return self._library.shown(self._state.path)
+        return self._library.shown(self._run.path)

@@ -6,18 +6,13 @@ from typing import Final
 
 import viser
 
-from app.gui.browser_value import PageValue
+from app.gui.browser_value import BrowserValue
+from app.gui.page_channel import page_file
 
 SOFTWARE: Final = ("swiftshader", "llvmpipe", "softpipe", "software", "basic render")
 """In the names of renderers that draw on the processor."""
 MAX_LENGTH: Final = 500
 """Characters of the longest name that is read."""
-_RENDERER: Final = (
-    "((function(){try{var g=document.createElement('canvas').getContext('webgl2'),"
-    "d=g.getExtension('WEBGL_debug_renderer_info'),n=g.getParameter(d.UNMASKED_RENDERER_WEBGL);"
-    "g.getExtension('WEBGL_lose_context').loseContext();return n}catch(e){return ''}})())"
-)
-"""JavaScript of the name of what draws; nothing where a browser keeps it to itself."""
 
 
 def draws_in_software(renderer: str) -> bool:
@@ -35,4 +30,5 @@ def spare_software_rendering(client: viser.ClientHandle) -> None:
         if draws_in_software(renderer):
             client.scene.configure_default_lights(cast_shadow=False)
 
-    PageValue(client.gui, "graphics", _RENDERER, arrived)
+    expression = page_file("software_rendering.js", __package__)
+    BrowserValue(client.gui, "graphics", expression, arrived)

@@ -12,9 +12,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.downloads.basket import MOST, Item, added, export_basket, exported, folder_names
-from app.downloads.basket_memory import parse
-from app.downloads.export_choice import ExportChoice
+from app.downloads.basket import (
+    MOST,
+    BasketItem,
+    ExportChoice,
+    added,
+    export_basket,
+    exported,
+    folder_names,
+    parse_memory,
+)
 from app.downloads.robot_folder import STEPS
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
@@ -25,7 +32,7 @@ from viz.runs import basket_list
 
 
 def item(number, path="runs/a.tsmr"):
-    return Item(Path(path), number, 3, 1.5, "morphology", (1, 2))
+    return BasketItem(Path(path), number, 3, 1.5, "morphology", (1, 2))
 
 
 def test_a_robot_is_in_the_basket_once_and_runs_of_equal_names_are_told_apart():
@@ -95,7 +102,7 @@ entries = st.lists(st.tuples(st.text(max_size=20), st.integers(0, 10**9 - 1)), m
 
 @given(entries)
 def test_a_tab_remembers_its_basket(kept):
-    assert parse(json.dumps(kept)) == kept
+    assert parse_memory(json.dumps(kept)) == kept
 
 
 json_values = st.recursive(
@@ -106,16 +113,16 @@ json_values = st.recursive(
 
 @given(st.text(max_size=300) | json_values.map(json.dumps) | st.lists(json_values).map(json.dumps))
 def test_whatever_a_browser_claims_to_remember_becomes_names_and_numbers(text):
-    for name, number in parse(text):
+    for name, number in parse_memory(text):
         assert isinstance(name, str)
         assert type(number) is int
         assert number >= 0
 
 
 def test_a_memory_without_end_is_none():
-    assert parse("[" * 50_000) == []
-    assert parse(json.dumps([["x" * 30_000, 1]])) == []
-    assert len(parse(json.dumps([["a", k] for k in range(2 * MOST)]))) == MOST
+    assert parse_memory("[" * 50_000) == []
+    assert parse_memory(json.dumps([["x" * 30_000, 1]])) == []
+    assert len(parse_memory(json.dumps([["a", k] for k in range(2 * MOST)]))) == MOST
 
 
 def test_names_of_runs_are_text_in_the_list():

@@ -34,7 +34,7 @@ def dump(dump_file: Path) -> Dump:
 
 @pytest.fixture
 def player() -> Iterator[Player]:
-    player = Player(lambda _replay, _index, _moment: None, lambda: None)
+    player = Player()
     yield player
     player.close()
 

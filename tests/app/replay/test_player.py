@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from app.replay.player import Player, current_frame
+from app.replay.player import Player, ReplayMoment, current_frame
 from app.replay.replay_line import describe
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
@@ -21,7 +21,8 @@ def shown() -> list[tuple[Replay, int]]:
 
 @pytest.fixture
 def player(shown: list[tuple[Replay, int]]) -> Iterator[Player]:
-    player = Player(lambda replay, index, _moment: shown.append((replay, index)), lambda: None)
+    player = Player()
+    player.show_with(lambda moment: shown.append((moment.replay, moment.index)))
     yield player
     player.close()
 
@@ -77,7 +78,8 @@ def test_seek_pause_loop_and_extend(player: Player, small_reader: RunReader) -> 
 
 def test_thirty_frames_a_second_lie_between_the_recorded_ones(small_reader: RunReader) -> None:
     drawn: list[tuple[float, int, float]] = []
-    player = Player(lambda _r, i, moment: drawn.append((time.monotonic(), i, moment)), lambda: None)
+    player = Player()
+    player.show_with(lambda moment: drawn.append((time.monotonic(), moment.index, moment.time)))
     replay = replay_of(small_reader)
     player.load(replay)
     wait(lambda: replay.score is not None)
@@ -179,12 +181,13 @@ def test_a_frame_that_cannot_be_shown_does_not_end_playback(small_reader: RunRea
     fail, shown = threading.Event(), threading.Event()
     fail.set()
 
-    def show(_replay: Replay, _index: int, _moment: float) -> None:
+    def show(_moment: ReplayMoment) -> None:
         if fail.is_set():
             raise ValueError("a made-up fault")
         shown.set()
 
-    player = Player(show, lambda: None)
+    player = Player()
+    player.show_with(show)
     player.load(replay_of(small_reader))
     wait(lambda: not player.playing)
     fail.clear()

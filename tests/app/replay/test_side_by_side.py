@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.replay.player import Player
-from app.replay.side_by_side import Start
+from app.replay.side_by_side import LaneStart
 from app.replay.side_by_side_scene import lay_out
-from app.robot.pins_panel import lane_replay
+from app.robot.pins_panel import side_by_side_replay
 from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
@@ -40,17 +40,18 @@ def wait(condition: Callable[[], object], seconds: float = 60.0) -> None:
 @settings(max_examples=60, deadline=None)
 def test_seen_from_the_start_the_target_lies_ahead(x, y, yaw, distance):
     head = np.array([x, y])
-    start = Start(head, yaw, distance)
+    start = LaneStart(head, yaw, distance)
     target = head + distance * np.array([math.cos(yaw), math.sin(yaw)])
     assert start.from_world(target) == pytest.approx([distance, 0.0], abs=1e-9)
     assert start.from_world(head) == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
 def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> None:
-    replay = lane_replay([entry(small_reader, n) for n in (2, 3, 4)], TrialChoice(target=1))
+    replay = side_by_side_replay([entry(small_reader, n) for n in (2, 3, 4)], TrialChoice(target=1))
     assert len(replay.frames) == 0
     shown: list[tuple[float, int]] = []
-    player = Player(lambda _r, i, moment: shown.append((moment, i)), lambda: None)
+    player = Player()
+    player.show_with(lambda moment: shown.append((moment.time, moment.index)))
     player.speed = 4.0
     player.load(replay)
     wait(lambda: not player.playing)
@@ -78,7 +79,7 @@ def test_lanes_move_in_step_and_end_as_evaluated(small_reader: RunReader) -> Non
 
 
 def test_trials_that_one_run_has_not_are_its_last(small_reader: RunReader) -> None:
-    replay = lane_replay([entry(small_reader, 2)], TrialChoice(target=99, repeat=5))
+    replay = side_by_side_replay([entry(small_reader, 2)], TrialChoice(target=99, repeat=5))
     assert (replay.lanes[0].target_index, replay.lanes[0].repeat) == (3, 0)
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from app.maps.run_picker import label_paths
 from app.runs.library import Library, RunStatus
+from app.runs.run_names import label_paths
 from engine.config import RunConfig, create_algorithm
 from engine.errors import RunFileError
 from engine.storage.rows import statistics

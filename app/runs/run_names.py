@@ -1,0 +1,39 @@
+"""What runs are called: short names that tell those on offer apart, in lists and in addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
+    """Return short, distinct labels for run files: as many folders of the path as it takes."""
+    labels: dict[str, Path] = {}
+    for path in paths:
+        parts = path.with_suffix("").parts
+        label = next(
+            ("/".join(parts[-n:]) for n in range(1, len(parts)) if _n_ending(paths, parts[-n:]) == 1),
+            str(path),
+        )
+        labels[label] = path
+    return labels
+
+
+def run_name(path: Path, paths: Sequence[Path]) -> str | None:
+    """Return the name of a run among those on offer."""
+    return next((label for label, p in label_paths(paths).items() if p == path), None)
+
+
+def find_run(name: str, paths: Sequence[Path]) -> Path | None:
+    """Return the run on offer that a name means, None if it means none; names are never used as paths."""
+    labels = label_paths(paths)
+    if name in labels:
+        return labels[name]
+    # when the name was written, there may have been fewer or more runs that end in it
+    end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
+    ways = [end[-n:] for n in range(len(end), 0, -1)]
+    return next((p for way in ways for p in paths if p.with_suffix("").parts[-len(way) :] == way), None)
+
+
+def _n_ending(paths: Sequence[Path], end: tuple[str, ...]) -> int:
+    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)
