@@ -62,7 +62,10 @@ def test_what_is_wrong_with_a_run_is_said(small_run, tmp_path, sql, said):
     db.close()
     found = [f for f in check_run(path) if f.verdict == "problem"]
     assert any(said in f.text for f in found), found
-    assert all(f.remedy or "recover" in f.text or "not a TensAtlas" in f.text for f in found)
+    # what to do about it is said beside it, or in the error where it cannot be opened, if it is a run at all
+    foreign = "is not a TensAtlas run file"
+    assert all(f.remedy or "tensatlas recover" in f.text or foreign in f.text for f in found), found
+    assert any(foreign in f.text for f in found) == ("VIEW" in sql)
 
 
 def test_a_run_that_is_damaged_locked_and_of_other_versions(tensatlas, small_run, tmp_path):

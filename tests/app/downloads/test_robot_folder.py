@@ -84,6 +84,7 @@ def test_the_folder_holds_all_that_a_workshop_needs(elite, files):
 def test_the_same_robot_gives_the_same_files(reader, elite, files):
     place, number = elite
     again = robot_folder(reader, number, materials=load_materials(), place=place)
+    assert set(again) == set(files)
     assert [n for n in files if files[n] != again[n]] == []
 
 

@@ -79,8 +79,16 @@ def test_a_settled_robot_has_rods_of_the_right_length_and_stands_on_the_ground(r
 
 def test_every_node_has_four_neighbours():
     assert MODULE.nodes.shape == (1, 12, 3)
-    table = neighbours(500)
-    assert len(table._cellvalues) == 7
+    header, *rows = ([cell.text for cell in row] for row in neighbours(500)._cellvalues)
+    assert header == ["node", "rod to", "cables to", "internal cable"] * 2
+    told = {int(row[k]): row[k + 1 : k + 4] for k in (0, 4) for row in rows}
+    assert set(told) == set(range(12))
+    for node, (rod, cables, inner) in told.items():
+        assert {node, int(rod)} in map(set, t.RODS)
+        others = set(map(int, cables.split(", ")))
+        assert others == {n for cable in t.CABLES if node in cable for n in cable} - {node}
+        assert len(others) == 4
+        assert inner == ("yes" if node in t.SERVO_NODES else "")
 
 
 def test_minus_signs_are_real_and_zero_has_none():
