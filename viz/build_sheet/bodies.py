@@ -30,7 +30,7 @@ class Body:
     Attributes:
         nodes: (M, 12, 3) rod ends.
         arms: (M, 3) where the internal cables leave the servo's arm.
-        cables: (M, 24, 2, 3) ends of the passive cables, in the order of ``tensegrity.CABLES``.
+        cables: (M, 24, 2, 3) ends of the passive cables, in the order of ``module.CABLES``.
         servo_cables: (M, 5, 2, 3) ends of the internal cables, in the order of ``SERVO_NODES``.
         faces: per module the face that the next one joins.
     """

@@ -128,7 +128,7 @@ almost = st.tuples(
 @given(st.lists(almost, max_size=8))
 def test_of_what_a_browser_claims_to_remember_only_names_with_whole_numbers_are_kept(claimed):
     sound = [(n, k) for n, k in claimed if isinstance(n, str) and type(k) is int and 0 <= k < 10**9]
-    assert parse(json.dumps(claimed)) == list(dict.fromkeys(sound))
+    assert parse_memory(json.dumps(claimed)) == list(dict.fromkeys(sound))
 
 
 def test_a_memory_without_end_is_none():
