@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
+from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.fabrication import tolerances
@@ -21,20 +22,21 @@ from engine.fabrication.net import EYELET_HOLE
 from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
 from engine.fabrication.shapes import notch_angles
 from engine.simulation.model import GRAVITY
-from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
+from viz.build_sheet import blocks, bodies, style
+from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
 from viz.build_sheet.sections.details import draw_drum, draw_rod_end
 from viz.build_sheet.sections.parts import module_names
 from viz.build_sheet.style import Paper
+from viz.robot.skeleton import Skeleton
 
 CAMERA: Final = clearest(t.NODES, range(-44, 46, 4), range(12, 40, 3))
 CHECK: Final = "Check the module"
 PAIRS: Final = ((0, 1), (2, 3), (4, 5))
 """Parallel rods; the pairs are perpendicular to each other."""
-MODULE: Final = Body.placed([lambda p: p], (1,))
+MODULE: Final = Skeleton.placed([(Rotation.identity(), np.zeros(3))])
 """One module as built, in its own frame."""
 
 
@@ -291,7 +293,7 @@ def draw_step(pen: Pen, step: Step) -> None:
         color: Color = style.GHOST
         if r in step.new or step.title == CHECK:
             color = style.SERVO if r == t.SERVO_ROD else style.ROD
-        things.append(body.rod(0, r, color))
+        things.append(bodies.rod(body, 0, r, color))
         things += [
             Ball(body.nodes[0, n], NODE_RADIUS, style.NODE if r in step.new else style.GHOST)
             for n in t.RODS[r]
@@ -304,7 +306,7 @@ def draw_step(pen: Pen, step: Step) -> None:
         fresh = between & set(step.new) or step.title == CHECK
         things.append(Tube(p, q, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
     if not loose:
-        arm = body.servo(0)
+        arm = bodies.servo(body, 0)
         things += arm if step.servo else arm[:2]
     paint(pen, view, things, thinnest=0.7)
     label_nodes(pen, view, body.nodes[0], sorted(n for r in rods for n in t.RODS[r]))

@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import Body
+from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.scene import Camera, View, paint
@@ -59,21 +59,16 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     ]
 
 
-def _levelled(facts: Facts) -> Body:
-    body, level = facts.body, facts.level
-    return Body(level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces)
-
-
 def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
-    body = _levelled(facts)
+    body = facts.levelled
     low, high = facts.extent()
     view = View(FROM_ABOVE, size, np.array([37 - size * low[0], 40 - size * low[1]]))
-    paint(pen, view, body.things(head=facts.head.module), thinnest=0.4)
+    paint(pen, view, robot(facts), thinnest=0.4)
     x0, y0 = view.at(low)
     x1, y1 = view.at(high)
     pen.dimension((x0, y0 - 32), (x1, y0 - 32), f"{100 * (high - low)[0]:.1f}", ticks=(y0, y0))
     pen.dimension((x1 + 16, y0), (x1 + 16, y1), f"{100 * (high - low)[1]:.1f}", ticks=(x1, x1))
-    centres = body.nodes.mean(axis=1)
+    centres = body.centres
     for i, centre in enumerate(centres):
         x, _ = view.at(centre)
         name = f"{i} (head)" if i == facts.head.module else str(i)
@@ -88,7 +83,7 @@ def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
 
 
 def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
-    body = _levelled(facts)
+    body = facts.levelled
     low, high = facts.extent()
     view = View(FROM_THE_SIDE, size, np.array([37 - size * low[0], 14.0]))
     ground = view.at(np.zeros(3))[1]
@@ -97,7 +92,7 @@ def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
     while x < pen.width - 12:
         pen.line((x, ground), (x - 4, ground - 4), color=style.RULE, width=0.4)
         x += 6
-    paint(pen, view, body.things(head=facts.head.module), thinnest=0.4)
+    paint(pen, view, robot(facts), thinnest=0.4)
     x1, top = view.at(high)
     pen.dimension((x1 + 16, ground), (x1 + 16, top), f"{100 * high[2]:.1f}", ticks=(x1, x1))
     head = facts.head.module
@@ -109,7 +104,7 @@ def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
 
 
 def _heights(facts: Facts, width: float) -> Flowable:
-    body = _levelled(facts)
+    body = facts.levelled
     low, _ = facts.extent()
     rows = []
     for i in range(body.n_modules):

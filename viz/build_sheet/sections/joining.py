@@ -13,12 +13,13 @@ from engine.body import module as t
 from engine.fabrication.joints import Joint, joints, orientations
 from engine.fabrication.shapes import LINK_PITCH
 from engine.simulation.model import module_placements
-from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved
+from viz.build_sheet import blocks, bodies, style
+from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
 from viz.build_sheet.style import Paper
+from viz.robot.skeleton import Skeleton
 
 APART: Final = 0.055
 """How far modules are pulled apart in the pictures, in m."""
@@ -112,10 +113,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     i = joint.module
     places = module_placements(facts.morphology)[i : i + 2]
     shifts = (np.zeros(3), np.array([APART, 0.0, 0.0]))
-    body = Body.placed(
-        [moved(turn, centre + s) for (turn, centre), s in zip(places, shifts, strict=True)],
-        facts.morphology.faces[i : i + 2],
-    )
+    body = Skeleton.placed([(turn, centre + s) for (turn, centre), s in zip(places, shifts, strict=True)])
     met = ([a for a, _ in joint.node_pairs], [b for _, b in joint.node_pairs])
     ends = np.concatenate([body.nodes[0, met[0]], body.nodes[1, met[1]]])
     camera = clearest(ends, range(-36, 40, 4), range(6, 36, 3))
@@ -124,7 +122,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     things: list[Tube | Ball] = []
     for k in (0, 1):
         for r in range(len(t.RODS)):
-            things.append(body.rod(k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))
+            things.append(bodies.rod(body, k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))
         face = set(met[k])
         for (a, b), (p, q) in zip(t.CABLES, body.cables[k], strict=True):
             here = a in face and b in face
@@ -151,7 +149,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
         pen.text(x, min(top + 7, pen.height - 28), name, align="centre", size=8, color=style.SOFT)
 
 
-def _label(pen: Pen, view: View, body: Body, joint: Joint) -> None:
+def _label(pen: Pen, view: View, body: Skeleton, joint: Joint) -> None:
     """Write the joined nodes' numbers beside their links, each on its own module's side."""
     for a, b in joint.node_pairs:
         start, end = np.array(view.at(body.nodes[0, a])), np.array(view.at(body.nodes[1, b]))

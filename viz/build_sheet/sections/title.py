@@ -9,9 +9,10 @@ from reportlab.platypus import Flowable, Paragraph
 
 from engine.body import module as t
 from viz.build_sheet import blocks, style
+from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Camera, Tube, View, paint
+from viz.build_sheet.scene import Camera, View, paint
 from viz.build_sheet.style import Paper, signed
 
 QR_SIZE = 92.0
@@ -161,31 +162,19 @@ def _draw_qr(pen: Pen, text: str) -> None:
 
 
 def _draw_view(pen: Pen, facts: Facts) -> None:
-    body = facts.body
-    level = facts.level
-    moved = type(body)(
-        level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces
-    )
+    body = facts.levelled
     camera = Camera.looking(-22, 26)
-    points = moved.nodes.reshape(-1, 3)
+    points = body.nodes.reshape(-1, 3)
     ground = points * np.array([1.0, 1.0, 0.0])
     box = (12, 12, pen.width - 24, pen.height - 42)
     view = View.fitting(camera, np.concatenate([points, ground]), box, largest=1450)
-    shadows = [
-        Tube(
-            moved.nodes[i, a] * (1, 1, 0), moved.nodes[i, b] * (1, 1, 0), 2 * t.ROD_RADIUS, SHADOW, flat=True
-        )
-        for i in range(moved.n_modules)
-        for a, b in t.RODS
-    ]
-    for s in shadows:
-        pen.line(
-            view.at(s.start), view.at(s.end), color=s.color, width=max(2 * s.radius * view.scale, 1.0), cap=1
-        )
-    paint(pen, view, moved.things(head=facts.head.module))
-    for i in range(moved.n_modules):
-        top = moved.nodes[i][np.argmax(moved.nodes[i] @ camera.up)]
-        centre = view.at(moved.nodes[i].mean(axis=0))
+    shadow = max(4 * t.ROD_RADIUS * view.scale, 1.0)
+    for start, end in body.rods.reshape(-1, 2, 3) * (1, 1, 0):
+        pen.line(view.at(start), view.at(end), color=SHADOW, width=shadow, cap=1)
+    paint(pen, view, robot(facts))
+    for i in range(body.n_modules):
+        top = body.nodes[i][np.argmax(body.nodes[i] @ camera.up)]
+        centre = view.at(body.nodes[i].mean(axis=0))
         x, y = centre[0], view.at(top)[1] + 7
         word = "HEAD · 0" if i == 0 else f"HEAD · {i}"
         pen.text(
