@@ -19,9 +19,8 @@ from engine.search.archive import Cell
 from engine.storage.generations import Generation
 from engine.storage.reader import RunReader
 from viz import theme
-from viz.maps import keyboard
-from viz.maps.heatmap import Ring
-from viz.maps.interaction import ENLARGE, INSTALL
+from viz.maps.interaction import ENLARGE, INSTALL, render_key
+from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import Picture
 from viz.runs import trend
 from viz.runs.run_list import RunFacts, state_markup
@@ -106,8 +105,7 @@ class ArchivesPanel:
                 + KEYS_STYLE
                 + PHONE_STYLE
                 + INSTALL
-                + keyboard.INSTALL
-                + keyboard.render_key("space", "key-space", keys.handler)
+                + render_key("space", "key-space", keys.handler)
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()

@@ -16,8 +16,8 @@ from viz import theme
 from viz.maps import axis_labels as axis_text
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings
 from viz.maps.contents import Content, load_contents
-from viz.maps.heatmap import Ring
 from viz.maps.layouts import layouts
+from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import Picture, pictures
 from viz.maps.scale import Palette
 

@@ -16,7 +16,7 @@ from engine.search.archive import Cell
 from engine.search.axes import body_cell
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.contents import Elite
 from viz.maps.scale import Scale, count_scale, fitness_scale
 
@@ -71,7 +71,7 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
     bodies = reader.bodies(generation)
 
     def values(axes: Sequence[Axis], elites: Mapping[Cell, Elite]) -> Values:
-        if not axis_text.is_body(axes):
+        if not axis_labels.is_body(axes):
             return {}
         counts = dict.fromkeys(elites, 0.0)
         for body, n in bodies.items():

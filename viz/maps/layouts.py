@@ -10,7 +10,7 @@ from typing import Final, Literal
 from engine.search.algorithm import Axis
 from engine.search.archive import Cell
 from engine.search.projection import project, section
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.contents import Content
 
 PROJECTED: Final = "projected"
@@ -47,10 +47,10 @@ class View:
             outer: the cell of the first axes that a section lies within.
         """
         if self.kind == "section" and outer is not None:
-            return f"Within {axis_text.describe(axes[: len(outer)], outer)}"
+            return f"Within {axis_labels.describe(axes[: len(outer)], outer)}"
         archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
         if self.kind == "projection":
-            family = axis_text.family([axes[a] for a in self.axes])
+            family = axis_labels.family([axes[a] for a in self.axes])
             return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
         return archive
 

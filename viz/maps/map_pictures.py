@@ -11,8 +11,9 @@ from engine.search.archive import Cell
 from viz.maps import heatmap, nested
 from viz.maps.coloring import FITNESS, Coloring
 from viz.maps.contents import Content, Elite
-from viz.maps.heatmap import Heatmap, Ring, Tile
+from viz.maps.heatmap import Heatmap
 from viz.maps.layouts import View
+from viz.maps.map_parts import Ring, Tile
 from viz.maps.nested import NestedMap
 from viz.maps.scale import Palette, Scale
 
