@@ -148,6 +148,22 @@ def columns(width: float, *parts: float) -> list[float]:
     return [width * p / whole for p in parts]
 
 
+def in_pairs(pictures: Sequence[Flowable], width: float, above: float) -> Table:
+    """Return pictures in rows of two.
+
+    Args:
+        pictures: at least one.
+        width: of a row, in points.
+        above: room above each row, in points.
+    """
+    rows = [[*pictures[k : k + 2], ""][:2] for k in range(0, len(pictures), 2)]
+    look = [
+        *[(f"{side}PADDING", (0, 0), (-1, -1), 0) for side in ("LEFT", "RIGHT")],
+        ("TOPPADDING", (0, 0), (-1, -1), above),
+    ]
+    return Table(rows, colWidths=[width / 2] * 2, hAlign="LEFT", style=TableStyle(look))
+
+
 def beside(left: Any, right: Any, widths: Sequence[float], align: Literal["TOP", "MIDDLE"] = "TOP") -> Table:
     """Return two blocks side by side."""
     look = [

@@ -83,6 +83,11 @@ class Facts:
         return get_task(self.config.task)
 
     @property
+    def where(self) -> str:
+        """For people: where in its run the robot is."""
+        return self.place.name if self.place else f"evaluation {self.evaluation.solution.number}"
+
+    @property
     def robot_id(self) -> str:
         """Short name."""
         return robot_id(self.config, self.evaluation.solution)
@@ -146,6 +151,10 @@ class Facts:
         ends = links(self.body, self.joints)
         gaps = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
         return float(gaps.min()), float(gaps.max())
+
+    def module_name(self, i: int) -> str:
+        """Return a module's number for people; it says which module is the head."""
+        return f"{i} (head)" if i == self.head.module else str(i)
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners (3,) of the box round the levelled robot, in m."""

@@ -9,7 +9,8 @@ from engine.body import module as t
 from engine.simulation.model import module_placements
 from viz.build_sheet.facts import links
 from viz.build_sheet.scene import Camera, View, clearest
-from viz.build_sheet.sections.assembly import MODULE, neighbours
+from viz.build_sheet.sections.assembly import MODULE
+from viz.build_sheet.sections.net import neighbours
 from viz.build_sheet.style import signed
 from viz.robot.skeleton import Skeleton
 

@@ -22,15 +22,12 @@ SCALES = (1, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 _WORDS = (
     "<b>Module</b>: a ball of six rods that do not touch, held by 24 cables (a tensegrity). <b>Node</b>: the"
-    " end of a"
-    " rod, 0 to 11 in every module.",
+    " end of a rod, 0 to 11 in every module.",
     "<b>Passive cable</b>: one of the 24 elastic cables of a module. <b>Internal cable</b>: one of the five"
-    " lines that"
-    " the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join another"
-    " module.",
+    " lines that the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join"
+    " another module.",
     "<b>Head</b>: the module at the end that goes first. <b>Cell</b>: the robot's place on a map of many;"
-    " only good to"
-    " find it again.",
+    " only good to find it again.",
 )
 
 
@@ -47,10 +44,9 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.heading("Drawings: the whole robot, settled"),
         blocks.body(
             f"Scale 1:{scale:g}, measures in cm. This is the simulated robot"
-            f" {facts.config.trials.settle_time:g} s"
-            " after being set down, servos released: gravity has sagged it. A finished robot is checked"
-            " against"
-            " these measures (see “Checks”). Colours are those of the first page."
+            f" {facts.config.trials.settle_time:g} s after being set down, servos released: gravity has"
+            " sagged it. A finished robot is checked against these measures (see “Checks”). Colours are those"
+            " of the first page."
         ),
         blocks.together([blocks.subheading("From above"), plan]),
         blocks.together([blocks.subheading("From the side (seen from the robot's right)"), side]),
@@ -71,7 +67,7 @@ def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
     centres = body.centres
     for i, centre in enumerate(centres):
         x, _ = view.at(centre)
-        name = f"{i} (head)" if i == facts.head.module else str(i)
+        name = facts.module_name(i)
         pen.text(
             x, y1 + 8, name, align="centre", bold=True, color=style.ACCENT if "head" in name else style.INK
         )
@@ -114,7 +110,7 @@ def _heights(facts: Facts, width: float) -> Flowable:
         centre = nodes.mean(axis=0)
         rows.append(
             [
-                f"{i} (head)" if i == facts.head.module else str(i),
+                facts.module_name(i),
                 f"{100 * (centre[0] - low[0]):.1f}",
                 f"{top / 10:.1f}",
                 f"{100 * centre[2]:.1f}",
