@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from engine.storage.lineage import Ancestor, body_changes
 from viz import theme
 
-SELECTED = "#ff5d8f"
 THOUSAND = 1000
 
 
@@ -67,7 +66,7 @@ def _row(a: Ancestor, parent: Ancestor | None, shown: bool, distance: float, on_
         more = 100 * (parent.fitness - a.fitness) if a.fitness is not None else 0.0
         color = theme.GOOD_TEXT if more >= 0 else theme.BAD_TEXT
         gain = f'<span style="color:{color}"> {more:+.1f}</span>'
-    dot = SELECTED if shown else "#8b93a1"
+    dot = theme.SELECTED if shown else "#8b93a1"
     return (
         f'<button type="button" data-c="{click_name(a.number)}" onclick="{on_click}"'
         f' aria-current="{str(shown).lower()}" title="Show and replay robot {a.number}">'

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from viz import theme
+
 WIDTH = 300
 LEFT, RIGHT = 24.0, 296.0
 TOP = 4.0
@@ -93,7 +95,8 @@ def render(
                 ' stroke-linejoin="round"/>'
             )
     parts.append(
-        f'<path class="ta-cursor" d="M0 {TOP}V{bottom:.0f}" stroke="#ff5d8f" stroke-width="1.4"/></svg>'
+        f'<path class="ta-cursor" d="M0 {TOP}V{bottom:.0f}" stroke="{theme.SELECTED}"'
+        ' stroke-width="1.4"/></svg>'
     )
     return "".join(parts)
 

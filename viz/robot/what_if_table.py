@@ -133,7 +133,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
             was = module < original.n_modules and original.faces[module] == face
             fill = "rgba(128,128,128,.18)"
             if chosen:
-                fill = _css(theme.ACCENT) if was else theme.LINKED
+                fill = theme.css(theme.ACCENT) if was else theme.LINKED
             ring = ' stroke="currentColor" stroke-opacity=".75"' if was and not chosen else ""
             parts.append(
                 f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
@@ -188,7 +188,3 @@ def _tint(line: Line) -> str:
     if line.change is None or abs(line.change) < 0.05:
         return "inherit"
     return BETTER if line.is_better else WORSE
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return f"rgb({color[0]},{color[1]},{color[2]})"

@@ -186,21 +186,9 @@ def _draw_plot(
     targets_too: bool,
 ) -> None:
     """Draw the paths towards some targets into a room: left, bottom, width and height in points."""
+    *corner, width, height = room
     pen.canvas.saveState()
-    pen.canvas.translate(room[0], room[1])
-    _plot(pen, facts, targets, walls, room[2], room[3], targets_too)
-    pen.canvas.restoreState()
-
-
-def _plot(
-    pen: Pen,
-    facts: Facts,
-    targets: list[int],
-    walls: tuple[Wall, ...],
-    width: float,
-    height: float,
-    targets_too: bool,
-) -> None:
+    pen.canvas.translate(*corner)
     offsets = 100 * target_offsets(facts.task)[targets]
     path = 100 * facts.evaluation.trajectory.astype(float)[targets]
     standing = [w for w in walls if not w.is_buried]
@@ -256,6 +244,7 @@ def _plot(
             color=style.PATHS[target % len(style.PATHS)],
             halo=True,
         )
+    pen.canvas.restoreState()
 
 
 def _axes(
