@@ -54,8 +54,8 @@ class Facts:
         config: of the run.
         evaluation: of the robot.
         trial: one of its trials, simulated again.
-        robust: what evaluating the run's elites again has shown, if anybody did.
-        versions: that the run was made with.
+        robust: what evaluating the run's elites again has shown; None if that was not done.
+        versions: of the programs that the run was made with.
     """
 
     run_name: str

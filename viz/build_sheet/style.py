@@ -1,4 +1,4 @@
-"""How build sheets look: paper, fonts, colours, paragraph styles, and how texts and numbers are written."""
+"""How build sheets look: paper, fonts, colours, paragraph styles; how texts and numbers are written."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def printable(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text of the user's for a paragraph: its markup shown, not followed."""
+    """Return a user's text for a paragraph: what looks like markup in it is shown as it is."""
     return html.escape(printable(re.sub(r"\bmm2\b", "mm²", text)), quote=False)
 
 

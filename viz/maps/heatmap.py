@@ -24,7 +24,7 @@ RIGHT = 40
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Heatmap:
-    """What to draw.
+    """A plain map to draw.
 
     Attributes:
         name: of the map; clicks report ``name:i,j``.
@@ -93,7 +93,7 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
 
 
 MARK_STYLE = 'fill="none" stroke="{}" pointer-events="none" style="filter:drop-shadow(0 0 1px #000)"'
-"""Of what marks a cell, by its colour: the shadow sets it off against any cell on any ground."""
+"""Attributes of a mark around a cell, but for its colour; the shadow sets it off against any ground."""
 
 
 def _corner(heatmap: Heatmap, cell: Cell) -> tuple[int, int]:

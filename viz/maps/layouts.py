@@ -1,4 +1,4 @@
-"""Which maps an archive is shown as. An archive of more than two axes has several ways to be seen."""
+"""Which maps show an archive: one of more than two axes can be shown in several ways."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class View:
         archive: the archive's name.
         kind: the archive itself; the best along all axes but two; the last two axes within one cell of
             the others; or all axes, maps within a map.
-        axes: the archive's axes that it has.
+        axes: indices of the archive's axes that it shows.
     """
 
     name: str
@@ -63,7 +63,7 @@ class View:
         return {cell: cell for cell in content.elites}
 
     def cell_of(self, cell: Cell, outer: Cell | None) -> Cell | None:
-        """Return where the map has a cell of the archive, None if nowhere."""
+        """Return the map's cell that a cell of the archive lies in, None if it lies in none."""
         if self.kind == "section" and cell[:-2] != outer:
             return None
         return tuple(cell[a] for a in self.axes)

@@ -1,4 +1,4 @@
-"""What plain and nested maps are made of alike: tiles, the ring, margins, labels, what the browser needs."""
+"""What plain and nested maps share: tiles, the ring, margins, labels, what the browser needs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from viz import theme
 LEFT: Final = 66
 TOP: Final = 14
 WIDTH: Final = 400
-"""Of a map of 9 columns, the usual one: other pictures keep to it, so that their texts match."""
+"""Width of a map of 9 columns, the usual one. Other pictures keep to it, so that their texts match."""
 SHARED_STYLE: Final = (
     ".ta-map{outline-offset:3px;border-radius:4px}.ta-map:focus{outline:none}"
     f".ta-map:focus-visible{{outline:2px solid rgb{theme.ACCENT}}}"
     "@keyframes ta-flash{from{fill:#fff;stroke:#fff;stroke-width:3}}"
     "@media (prefers-reduced-motion:no-preference){.ta-map .f{animation:ta-flash 1.4s ease-out}}"
 )
-"""Of plain and nested maps: the visible focus, and the flash of cells that have just been won."""
+"""Rules for every map: the visible focus, and the flash of cells that have just been won."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

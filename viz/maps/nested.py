@@ -39,7 +39,7 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class NestedMap:
-    """What to draw.
+    """A nested map to draw.
 
     Attributes:
         name: of the map; clicks report ``name:i,j,k,l``.

@@ -23,7 +23,7 @@ NEAR: Final = 0.03
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Look:
-    """What a picture looks like.
+    """How a picture looks.
 
     Attributes:
         size: width and height in pixels, both even, as video needs them.

@@ -45,10 +45,10 @@ PITCH_AMONG_WALLS: Final = 0.85
 
 
 class Renderer:
-    """Draws the frames of one simulated trial, from where all of its way is seen.
+    """Draws the frames of one simulated trial, from a place that shows its whole path.
 
     Args:
-        replay: simulated to where it is to end.
+        replay: simulated as far as it is to be drawn.
         look: size and colours.
         run: name of the run, for the caption.
 

@@ -1,8 +1,8 @@
 """One trial as one HTML file that plays without a server: data, viewer and the robot's facts.
 
-The file asks for nothing from anywhere: its content security policy forbids it. Where the points of the robot
-are is quantised to 0.1 mm and written coordinate by coordinate as differences in time, so that 40 s of ten
-modules fit into a few hundred kB.
+The file loads nothing from anywhere: its content security policy forbids it. The positions of the robot's
+points are rounded to 0.1 mm and written coordinate by coordinate as differences in time: 40 s of ten modules
+fit into a few hundred kB.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STEP: Final = 1e-4
 TENSION_LEVELS: Final = 31
 """Steps of a cable's colour."""
 EVERY: Final = 2
-"""Only one frame in so many is kept; the viewer interpolates."""
+"""One frame in so many is kept; the viewer interpolates."""
 _LIMIT: Final = 32_000
 
 
@@ -39,10 +39,10 @@ def standalone_replay(replay: Replay, *, run: str, where: str = "", entered: int
     """Return a replay as an HTML file.
 
     Args:
-        replay: simulated to where the file is to end.
+        replay: simulated to the moment at which the file ends.
         run: name of its run.
         where: the map and cell that the robot was picked from.
-        entered: the generation that it was evaluated in, if known.
+        entered: the generation that it was evaluated in; None if it is not known.
 
     Raises:
         ExportError: the simulation failed or has not begun.

@@ -150,7 +150,7 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
 
 
 def _how(run: RunResult, name: str) -> str:
-    """Return how a map came about, if it is no archive that the algorithm worked with."""
+    """Return how a map was made, if it is no archive that the algorithm worked with."""
     if run.config.algorithm == "vie-neat":
         return " (reconstructed)"
     return " (projected)" if run.maps[name].projected else ""

@@ -1,4 +1,4 @@
-"""Where a perspective camera must be to show what matters in the free part of a window."""
+"""Places a perspective camera so that points fill the free part of a window."""
 
 from __future__ import annotations
 

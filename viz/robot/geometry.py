@@ -1,4 +1,4 @@
-"""What is drawn of a robot: rods, nodes, cables and their tension, at any moment of a replay."""
+"""A robot as it is drawn: rods, nodes, cables and their tension, at any moment of a replay."""
 
 from __future__ import annotations
 

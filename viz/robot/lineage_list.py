@@ -17,7 +17,7 @@ def click_name(number: int) -> str:
 
 
 def clicked_number(name: str, index: tuple[int, ...]) -> int | None:
-    """Return the number of the ancestor that was clicked, None for what is no such click."""
+    """Return the number of the ancestor that was clicked, None for any other click."""
     if name != "ancestor" or len(index) != 2 or index[1] >= THOUSAND:
         return None
     return index[0] * THOUSAND + index[1]
@@ -28,7 +28,7 @@ def render(line: Sequence[Ancestor], shown: int, target_distance: float, on_clic
 
     Args:
         line: a robot, its parent, and so on; at least one.
-        shown: number of the one that is on the stage.
+        shown: number of the one that is shown.
         target_distance: from which f_s is measured, in m.
         on_click: JavaScript, already escaped for an attribute.
     """

@@ -45,7 +45,7 @@ class Entry:
 
 
 Row = tuple[str, list[str], list[float | None]]
-"""What is compared, for people the values, and what decides which is best: None where nothing does."""
+"""What is compared, the values as text, and numbers of which the largest is best: None where none is."""
 
 
 def rows(entries: Sequence[Entry]) -> list[Row]:

@@ -1,4 +1,4 @@
-"""Where the ends of a robot's rods and cables are: whatever draws a robot begins here."""
+"""Where a robot's rods and cables begin and end: every drawing of a robot starts from this."""
 
 from __future__ import annotations
 

@@ -52,8 +52,8 @@ def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, 
         config: of the run.
         original: the robot.
         scores: (targets, repeats) of the variant so far, in m, None before its trials.
-        second: of the trials that they are of; at the trials' end, or where the original's way is not
-            known, the original's are those of its end.
+        second: of the trials, at which the variant has these scores. At the trials' end, or where the
+            original's path is not known, the original's final scores are taken.
     """
     task = get_task(config.task)
     theirs = scores_at(config, original, second)
@@ -66,7 +66,7 @@ def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, 
 def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarray:
     """Return the (targets, repeats or 1) scores of a recorded robot at a second of its trials, in m.
 
-    Before the end they follow from its recorded trajectory, the mean over its noise seeds.
+    Before the end they follow from its recorded trajectory, which is the mean over its noise seeds.
     """
     task, path = get_task(config.task), original.trajectory
     if (

@@ -19,7 +19,7 @@ from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
 SPARE = 1.25
-"""What is ordered of filament, cord and line against what the robot holds: misprints, brims, knots."""
+"""Filament, cord and line that are ordered, per unit that the robot holds: misprints, brims, knots."""
 
 
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:

@@ -24,7 +24,7 @@ PLUS, MINUS, SIGNAL = HexColor("#b3261e"), HexColor("#17212b"), HexColor("#c98a0
 ROW = 21.0
 COMMANDS = (0, 30, 60, 90, 120, 150, 180)
 PULL = 50.0
-"""What is hung on a piece of elastic to try it, in g."""
+"""Weight that is hung on a piece of elastic to try it, in g."""
 
 
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
