@@ -20,9 +20,8 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
-from viz.maps import keyboard
-from viz.maps.heatmap import Ring
-from viz.maps.interaction import ENLARGE, INSTALL
+from viz.maps.interaction import ENLARGE, INSTALL, render_key
+from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import Picture
 from viz.runs import trend
 from viz.runs.run_list import RunFacts, state_markup
@@ -89,7 +88,6 @@ class ArchivesPanel:
                 theme.TEXT_STYLE
                 + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + INSTALL
-                + keyboard.INSTALL
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
@@ -102,7 +100,7 @@ class ArchivesPanel:
         with self._tab:
             self._handler = ClickChannel(gui, events.cell_clicked).handler
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
-            gui.add_html(keyboard.render_key("space", "key-space", keys.handler))
+            gui.add_html(render_key("space", "key-space", keys.handler))
         self.picker.on_choose(events.run_chosen)
         self._colors.on_change(events.colors_changed)
         self._play.on_click(ignoring_event(events.growth_played))

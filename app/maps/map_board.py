@@ -13,11 +13,11 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings
 from viz.maps.contents import Content, load_contents
-from viz.maps.heatmap import Ring
 from viz.maps.layouts import layouts
+from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import Picture, pictures
 from viz.maps.scale import Palette
 
@@ -166,7 +166,7 @@ class MapBoard:
             archive=picture.view.archive,
             cell=picture.sources.get(cell, cell),
             number=None if elite is None else elite.number,
-            meaning=axis_text.describe(picture.axes, cell),
+            meaning=axis_labels.describe(picture.axes, cell),
         )
 
     def holder(self, archive: str, cell: Cell) -> int | None:

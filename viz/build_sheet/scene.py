@@ -24,13 +24,12 @@ _SHADES: Final = ((1.0, -0.45), (0.82, 0.0), (0.42, 0.3), (0.14, 0.6))
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tube:
-    """A straight tube: ends (3,) and radius in m, its colour; a flat one has no shading."""
+    """A straight tube: ends (3,) and radius in m, its colour."""
 
     start: np.ndarray
     end: np.ndarray
     radius: float
     color: Color
-    flat: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -178,7 +177,7 @@ def _tube(pen: Pen, start: list[float], end: list[float], width: float, tube: Tu
     over = min(0.4, length / 2) / length if length > 1e-6 else 0.0
     dx, dy = over * along[0], over * along[1]
     long = (start[0] - dx, start[1] - dy), (end[0] + dx, end[1] + dy)
-    if tube.flat or width < 1.2:
+    if width < 1.2:
         pen.line(*long, color=_shaded(tube.color, 0.0, haze), width=width)
         return
     shades = _SHADES if width > 2.6 else _SHADES[:2]

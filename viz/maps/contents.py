@@ -1,4 +1,4 @@
-"""What the archives of a run hold at one of its generations."""
+"""The contents of a run's archives at one of its generations."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Content:
     Attributes:
         axes: of its cells.
         elites: of its filled cells.
-        coverage: filled cells over all that a robot can lie in; None if those are simply all.
+        coverage: filled cells as a part of those that a robot can lie in; None if it can lie in any.
     """
 
     axes: tuple[Axis, ...]
@@ -51,7 +51,7 @@ class Content:
     coverage: float | None = None
 
     def cell_of(self, number: int) -> Cell | None:
-        """Return the cell that holds an evaluation, None if it is nowhere an elite."""
+        """Return the cell of an evaluation, None if it is no elite."""
         return next((c for c, e in self.elites.items() if e.number == number), None)
 
 

@@ -1,4 +1,4 @@
-"""Which maps an archive is shown as. An archive of more than two axes has several ways to be seen."""
+"""Which maps show an archive: one of more than two axes can be shown in several ways."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from engine.search.archive import Cell
 from engine.search.axes import Axis, project, section
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.contents import Content
 
 PROJECTED: Final = "projected"
@@ -30,7 +30,7 @@ class View:
         archive: the archive's name.
         kind: the archive itself; the best along all axes but two; the last two axes within one cell of
             the others; or all axes, maps within a map.
-        axes: the archive's axes that it has.
+        axes: indices of the archive's axes that it shows.
     """
 
     name: str
@@ -46,10 +46,10 @@ class View:
             outer: the cell of the first axes that a section lies within.
         """
         if self.kind == "section" and outer is not None:
-            return f"Within {axis_text.describe(axes[: len(outer)], outer)}"
+            return f"Within {axis_labels.describe(axes[: len(outer)], outer)}"
         archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
         if self.kind == "projection":
-            family = axis_text.family([axes[a] for a in self.axes])
+            family = axis_labels.family([axes[a] for a in self.axes])
             return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
         return archive
 
@@ -62,7 +62,7 @@ class View:
         return {cell: cell for cell in content.elites}
 
     def cell_of(self, cell: Cell, outer: Cell | None) -> Cell | None:
-        """Return where the map has a cell of the archive, None if nowhere."""
+        """Return the map's cell that a cell of the archive lies in, None if it lies in none."""
         if self.kind == "section" and cell[:-2] != outer:
             return None
         return tuple(cell[a] for a in self.axes)

@@ -11,8 +11,9 @@ from engine.search.axes import Axis
 from viz.maps import heatmap, nested
 from viz.maps.coloring import FITNESS, Coloring
 from viz.maps.contents import Content, Elite
-from viz.maps.heatmap import Heatmap, Ring, Tile
+from viz.maps.heatmap import Heatmap
 from viz.maps.layouts import View
+from viz.maps.map_parts import Ring, Tile
 from viz.maps.nested import NestedMap
 from viz.maps.scale import Palette, Scale
 
@@ -151,7 +152,7 @@ def pictures(
 
 
 def outer_cell(content: Content, chosen: int | None) -> Cell | None:
-    """Return the cell of all axes but the last two that a section lies within; None if nobody is there."""
+    """Return the cell of all axes but the last two that a section lies within; None for an empty archive."""
     cell = None if chosen is None else content.cell_of(chosen)
     if cell is None:
         cell = min(content.elites, key=lambda c: (-content.elites[c].f_s, c), default=None)
@@ -161,7 +162,7 @@ def outer_cell(content: Content, chosen: int | None) -> Cell | None:
 def _values(
     contents: Mapping[str, Content], coloring: Coloring, views: Sequence[View], chosen: int | None
 ) -> list[float]:
-    """Return all values of some archives, or if a colouring has none of whole archives, those of views."""
+    """Return the values of whole archives; where a colouring has none of these, those of the views."""
     whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
     if whole:
         return whole
@@ -186,7 +187,7 @@ def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mappi
 
 
 def _with_fresh(picture: Picture, before: Sequence[Picture]) -> Picture:
-    """Mark the cells that another robot held before; if the axes have moved, the robots not there before."""
+    """Mark the cells whose robot is another one than before; if the axes have moved, the new robots."""
     old = next((p for p in before if p.view == picture.view), None)
     if old is None or old.outer != picture.outer:
         return picture

@@ -39,12 +39,13 @@ def video(
     """Return a trial as an MP4 file, from the moment when the target is placed.
 
     Args:
-        replay: simulated to where the video is to end.
+        replay: simulated to the moment at which the video ends.
         look: size and colours.
         run: name of the run, for the caption.
         speed: seconds of the trial in a second of the video.
         encoder: one of ``ENCODERS``; None for the first that there is.
-        progress: told after every frame how many of how many are done; what it raises ends the work.
+        progress: called after every frame with how many of how many are done; what it raises ends the
+            work.
 
     Raises:
         ExportError: PyAV is missing or has no encoder, or there is nothing to show.

@@ -13,7 +13,7 @@ from plotly.subplots import make_subplots
 from engine.analysis.comparison import TaskComparison
 from engine.analysis.elite_maps import GRID
 from engine.analysis.run_result import RunResult
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.report.maps import MOST_RUNS, color_axis, hover_text
 from viz.report.style import Look, dress
 
@@ -118,8 +118,8 @@ def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Loo
     ):
         update(
             tickvals=[i * step + (n - 1) / 2 for i in range(axis.n)],
-            ticktext=[axis_text.value(axis, i) for i in range(axis.n)],
-            title_text=axis_text.title(axis),
+            ticktext=[axis_labels.value(axis, i) for i in range(axis.n)],
+            title_text=axis_labels.title(axis),
             range=[-0.5, axis.n * step - 1.5],
             **place,
         )

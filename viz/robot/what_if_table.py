@@ -52,8 +52,8 @@ def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, 
         config: of the run.
         original: the robot.
         scores: (targets, repeats) of the variant so far, in m, None before its trials.
-        second: of the trials that they are of; at the trials' end, or where the original's way is not
-            known, the original's are those of its end.
+        second: of the trials, at which the variant has these scores. At the trials' end, or where the
+            original's path is not known, the original's final scores are taken.
     """
     task = get_task(config.task)
     theirs = scores_at(config, original, second)
@@ -66,7 +66,7 @@ def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, 
 def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarray:
     """Return the (targets, repeats or 1) scores of a recorded robot at a second of its trials, in m.
 
-    Before the end they follow from its recorded trajectory, the mean over its noise seeds.
+    Before the end they follow from its recorded trajectory, which is the mean over its noise seeds.
     """
     task, path = get_task(config.task), original.trajectory
     if (
@@ -133,7 +133,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
             was = module < original.n_modules and original.faces[module] == face
             fill = "rgba(128,128,128,.18)"
             if chosen:
-                fill = _css(theme.ACCENT) if was else theme.LINKED
+                fill = theme.css(theme.ACCENT) if was else theme.LINKED
             ring = ' stroke="currentColor" stroke-opacity=".75"' if was and not chosen else ""
             parts.append(
                 f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
@@ -188,7 +188,3 @@ def _tint(line: Line) -> str:
     if line.change is None or abs(line.change) < 0.05:
         return "inherit"
     return BETTER if line.is_better else WORSE
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return f"rgb({color[0]},{color[1]},{color[2]})"

@@ -19,8 +19,8 @@ from engine.errors import InvalidData
 from engine.search.axes import Axis
 from engine.storage.reader import RunReader
 from tests.support.grid_run import grid_cell
-from viz.maps.heatmap import Ring
 from viz.maps.layouts import ONLY, layouts
+from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import Picture
 
 ALL = (-20.0, 20.0)

@@ -6,10 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.body import module as t
-from viz.build_sheet.bodies import Body, joined_nodes
+from engine.simulation.model import module_placements
+from viz.build_sheet.facts import links
 from viz.build_sheet.scene import Camera, View, clearest
-from viz.build_sheet.sections.assembly import MODULE, neighbours
+from viz.build_sheet.sections.assembly import MODULE
+from viz.build_sheet.sections.net import neighbours
 from viz.build_sheet.style import signed
+from viz.robot.skeleton import Skeleton
 
 angles = st.floats(-180, 180)
 
@@ -49,21 +52,13 @@ def test_the_clearest_camera_tells_all_nodes_apart():
 
 def test_as_built_the_joined_nodes_are_a_links_length_apart(robots):
     for facts in robots.values():
-        links = Body.as_built(facts.morphology).links
-        lengths = np.linalg.norm(links[:, 1] - links[:, 0], axis=1)
+        built = links(Skeleton.placed(module_placements(facts.morphology)), facts.joints)
+        lengths = np.linalg.norm(built[:, 1] - built[:, 0], axis=1)
         assert len(lengths) == 3 * (facts.morphology.n_modules - 1)
         assert lengths.max() < 0.0055
-        settled = facts.body.links
+        settled = links(facts.body, facts.joints)
         lengths = np.linalg.norm(settled[:, 1] - settled[:, 0], axis=1)
         assert 0.0 < lengths.min() <= lengths.max() < 0.0055
-
-
-def test_joined_nodes_are_those_of_both_faces():
-    for face in t.FACES:
-        for following in t.FACES:
-            here, there = zip(*joined_nodes(face, following), strict=True)
-            assert set(here) == set(t.FACES[face])
-            assert set(there) == set(t.FACES[t.OPPOSITE_FACE[following]])
 
 
 def test_a_settled_robot_has_rods_of_the_right_length_and_stands_on_the_ground(robots):

@@ -13,8 +13,7 @@ from engine.storage.reader import RunReader
 from engine.tasks.walls import Wall
 from viz import theme
 from viz.recording import video
-from viz.recording.camera import Camera
-from viz.recording.primitives import Look
+from viz.recording.primitives import Camera, Look
 from viz.recording.render import Renderer
 
 SIZE = (480, 270)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from reportlab.lib.colors import Color, HexColor
-from reportlab.platypus import Flowable, Table, TableStyle
+from reportlab.lib.colors import Color, HexColor, white
+from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import design_cables
@@ -13,7 +13,6 @@ from engine.fabrication.parts.net import EYELET_HOLE, Net, lay_out, module_net
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.sections import assembly
 from viz.build_sheet.style import Paper
 
 NEXT, BEFORE, FREE = HexColor("#e3d4f0"), HexColor("#d0ece8"), HexColor("#fbe3cc")
@@ -40,37 +39,41 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     # the strip is the clearest, whatever layout is printed
     scheme = lay_out("strip", design.path, materials.printer)
     small = [_small(facts, scheme, i, width / 2 - 6) for i in range(facts.morphology.n_modules)]
-    rows: list[list[Flowable | str]] = [list(small[k : k + 2]) for k in range(0, len(small), 2)]
-    rows[-1] += [""] * (2 - len(rows[-1]))
-    table = Table(rows, colWidths=[width / 2] * 2, hAlign="LEFT")
-    sides = [(f"{side}PADDING", (0, 0), (-1, -1), 0) for side in ("LEFT", "RIGHT")]
-    table.setStyle(TableStyle([*sides, ("TOPPADDING", (0, 0), (-1, -1), 4)]))
     return [
         blocks.heading("The net of a module: nodes and faces"),
         blocks.body(
             f"All {len(t.CABLES)} cables of a module in one plane, seen from outside. Small numbers at the"
-            " rings are"
-            " <b>nodes</b>; large ones in the triangles are <b>faces</b>, which can join another module. The"
-            " net is cut"
-            f" open at {cuts}: both rings of such a node go on the same rod end. {how}"
+            " rings are <b>nodes</b>; large ones in the triangles are <b>faces</b>, which can join another"
+            f" module. The net is cut open at {cuts}: both rings of such a node go on the same rod end. {how}"
         ),
         Picture(width, height, lambda pen: _draw_net(pen, net, {}), "net"),
         blocks.together(
             [
                 blocks.subheading("Neighbours of every node"),
-                assembly.neighbours(width),
+                neighbours(width),
             ]
         ),
         blocks.subheading("Faces that join, module by module"),
         blocks.note(
             "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain."
-            " The three"
-            " nodes of a coloured face are the ones to tie; which to which is in the"
-            " orientation table. Here the"
-            " net is drawn as one band, not as it is printed."
+            " The three nodes of a coloured face are the ones to tie; which to which is in the orientation"
+            " table. Here the net is drawn as one band, not as it is printed."
         ),
-        table,
+        blocks.in_pairs(small, width, 4),
     ]
+
+
+def neighbours(width: float) -> Flowable:
+    """Return the table of which nodes each node is joined to."""
+    cells = []
+    for n in range(len(t.NODES)):
+        others = sorted(b if a == n else a for a, b in t.CABLES if n in (a, b))
+        inner = "yes" if n in t.SERVO_NODES else ""
+        cells.append([str(n), str(n ^ 1), ", ".join(map(str, others)), inner])
+    half = len(cells) // 2
+    rows = [[*a, *b] for a, b in zip(cells[:half], cells[half:], strict=True)]
+    header = ("node", "rod to", "cables to", "internal cable") * 2
+    return blocks.grid(header, rows, blocks.columns(width, 9, 9, 19, 13, 9, 9, 19, 13))
 
 
 def _small(facts: Facts, net: Net, i: int, width: float) -> Picture:
@@ -83,11 +86,10 @@ def _small(facts: Facts, net: Net, i: int, width: float) -> Picture:
     }
     ahead = f"face {face} to module {i + 1}" if i < n - 1 else f"face {face} free"
     behind = f"face {rear} to module {i - 1}" if i > 0 else f"face {rear} free"
-    head = " (head)" if i == facts.head.module else ""
 
     def draw(pen: Pen) -> None:
         pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
-        pen.text(8, pen.height - 13, f"Module {i}{head}", bold=True, size=9)
+        pen.text(8, pen.height - 13, f"Module {facts.module_name(i)}", bold=True, size=9)
         pen.text(pen.width - 8, pen.height - 13, f"{behind} · {ahead}", align="right", size=8)
         _draw_net(pen, net, marks, top=18, small=True)
 
@@ -116,13 +118,10 @@ def _draw_net(pen: Pen, net: Net, marks: dict[int, Color], *, top: float = 0.0, 
             if any(k in net.faces[f] for f in marks):
                 pen.disc(tuple(place), 5.6, fill=style.INK)
                 pen.text(
-                    place[0], place[1] - 2.5, str(eyelet.node), align="centre", size=7, bold=True, color=PAPER
+                    place[0], place[1] - 2.5, str(eyelet.node), align="centre", size=7, bold=True, color=white
                 )
             else:
                 pen.disc(tuple(place), 1.8, fill=style.CABLE)
             continue
-        pen.disc(tuple(place), 8.5, fill=PAPER, stroke=style.CABLE, width=1.4)
+        pen.disc(tuple(place), 8.5, fill=white, stroke=style.CABLE, width=1.4)
         pen.text(place[0], place[1] - 2.9, eyelet.label, align="centre", size=8, bold=True)
-
-
-PAPER = HexColor("#ffffff")

@@ -77,11 +77,10 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
         blocks.note(
             f"Material: {style.escaped(materials.cable.material)}, secant modulus"
             f" {materials.cable.modulus / 1e6:g} MPa, springs back up to"
-            f" {100 * materials.cable.max_strain:.0f} %"
-            f" ({materials.cable_source}). The section follows from stiffness k, free length L and modulus E:"
-            " A = k L / E. At both ends a cable goes on along its rod by the stated tail, which is part of"
-            " the"
-            " spring; the rest length is that between the rods' ends."
+            f" {100 * materials.cable.max_strain:.0f} % ({materials.cable_source}). The section follows from"
+            " stiffness k, free length L and modulus E: A = k L / E. At both ends a cable goes on along its"
+            " rod by the stated tail, which is part of the spring; the rest length is that between the rods'"
+            " ends."
         ),
     ]
     for level in dict.fromkeys(facts.morphology.stiffness_levels):
@@ -106,7 +105,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
             marked.append(len(rows))
         rows.append(
             [
-                module_names([a.module for a in alike]),
+                style.module_names([a.module for a in alike]),
                 f"{d.stiffness:.2f}",
                 f"{1000 * d.rest:.2f}",
                 f"{1000 * d.tail:.1f}",
@@ -159,7 +158,7 @@ def _cable_table(
     shares = [9.5, 8.5, 8.5, 8.5, 11, 9] if cord else [8, 8, 8, 9, 8, 8]
     right = [k for k in range(2 * len(header)) if k % len(header)]
     table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
-    where = module_names(modules)
+    where = style.module_names(modules)
     title = (
         f"Passive cables of module {where}"
         if len(modules) == 1
@@ -173,10 +172,9 @@ def _cable_table(
                 blocks.gap(2),
                 blocks.note(
                     "Between the rods' ends: built = in the finished module without load, servo off; rest ="
-                    " where the"
-                    " cable begins to pull; tension = in the finished module. The file tables/cables.csv"
-                    " lists the cables"
-                    f" of all {facts.morphology.n_modules} modules one by one."
+                    " where the cable begins to pull; tension = in the finished module. The file"
+                    f" tables/cables.csv lists the cables of all {facts.morphology.n_modules} modules one by"
+                    " one."
                 ),
             ]
         )
@@ -187,9 +185,8 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     c = coupon(facts.morphology, materials)
     piece = (
         f"Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings: {1000 * c.width:.2f} ×"
-        f" {1000 * c.thickness:.2f} mm, and draw two marks {1000 * c.gauge_length:.0f} mm"
-        " apart at the ends of the"
-        " narrow strip."
+        f" {1000 * c.thickness:.2f} mm, and draw two marks {1000 * c.gauge_length:.0f} mm apart at the ends"
+        " of the narrow strip."
         if c.grip_length
         else f"Take a piece of the cord with two marks {1000 * c.gauge_length:.0f} mm apart."
     )
@@ -204,22 +201,8 @@ def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
             f"{measured} {piece} Hang it up, load it until the marks are"
             f" {1000 * (c.gauge_length + c.extension):.0f} mm apart, and wait a minute. That should take"
             f" <b>{c.expected_force:.2f} N</b>, the weight of {1000 * c.expected_mass:.0f} g. Write what you"
-            " found into"
-            " the table [pull_test] of the materials file (length, area, force, extension, and the largest"
-            " strain from"
-            " which it springs back) and export again with --materials and that file: all"
-            " sections on this sheet then"
-            " follow from it."
+            " found into the table [pull_test] of the materials file (length, area, force, extension, and the"
+            " largest strain from which it springs back) and export again with --materials and that file: all"
+            " sections on this sheet then follow from it."
         ),
     ]
-
-
-def module_names(modules: list[int]) -> str:
-    """Return numbers of modules, runs of them shortened: ``0 to 4, 6``."""
-    runs: list[list[int]] = []
-    for m in modules:
-        if runs and m == runs[-1][-1] + 1:
-            runs[-1].append(m)
-        else:
-            runs.append([m])
-    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)

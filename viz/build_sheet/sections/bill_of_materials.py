@@ -5,14 +5,11 @@ from __future__ import annotations
 from reportlab.platypus import CondPageBreak, Flowable
 
 from engine.fabrication.bill_of_materials import Part, parts
-from engine.fabrication.buildability import problems
 from engine.fabrication.mass_balance import MassBalance, mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.servo_parts import LINE_HOLE
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
-from viz.build_sheet.sections import shopping
-from viz.build_sheet.sections.parts import module_names
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
@@ -46,14 +43,11 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         for row in (header, *rows):
             del row[5]
     return [
-        *shopping.pages(facts, materials, paper, _problems(facts, materials)),
         CondPageBreak(260),
         blocks.heading("Bill of materials"),
         blocks.body(
-            "The parts of the finished robot with their masses, materials"
-            f" “{style.escaped(materials.name)}” (file materials.toml in the"
-            " folder; it can"
-            " be edited, and the robot exported again with it)."
+            f"The parts of the finished robot with their masses, materials “{style.escaped(materials.name)}”"
+            " (file materials.toml in the folder; it can be edited, and the robot exported again with it)."
             + (f" All masses in this table are <b>{sources.pop()}</b>." if len(sources) == 1 else "")
         ),
         blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 3, 4), total=True),
@@ -67,21 +61,6 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             ]
         ),
     ]
-
-
-def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
-    """Return what cannot be made or would not work as asked, before anybody buys anything."""
-    found: list[Flowable] = []
-    for problem in problems(facts.morphology, materials):
-        where = module_names(list(problem.modules))
-        cures = "; or ".join(style.escaped(p) for p in problem.proposals)
-        text = style.escaped(problem.text)
-        found.append(
-            blocks.warning(
-                f"<b>Cannot be made as asked (modules {where}).</b> {text} What would work: {cures}."
-            )
-        )
-    return found
 
 
 def _internal(listed: list[Part], materials: Materials) -> list[str]:
@@ -146,13 +125,11 @@ def _verdict(balance: MassBalance) -> str:
         part = 100 * balance.excess / balance.simulated
         return (
             f"The robot as built is {1000 * balance.excess:.1f} g ({part:.0f} %) heavier than simulated. It"
-            " sags more"
-            " than drawn and may crawl less; a lighter servo helps most."
+            " sags more than drawn and may crawl less; a lighter servo helps most."
         )
     if balance.ballast < 5e-6:
         return "A module weighs what was simulated, without ballast."
     return (
         f"Each module gets {1000 * balance.ballast:.2f} g of ballast on its servo rod, so that it weighs what"
-        " was"
-        " simulated."
+        " was simulated."
     )
