@@ -29,7 +29,7 @@ MODULE_MASS: Final = t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class ArchivePlace:
     """Where in a run a robot was found: an archive and a cell of it."""
 
     archive: str
@@ -58,7 +58,7 @@ class Facts:
 
     run_name: str
     date: str
-    place: Place | None
+    place: ArchivePlace | None
     config: RunConfig
     evaluation: Evaluation
     trial: Trial
@@ -166,7 +166,9 @@ def links(body: Skeleton, joints: Sequence[Joint]) -> np.ndarray:
     return np.array(ends).reshape(-1, 2, 3)
 
 
-def gather(reader: RunReader, evaluation: Evaluation, trial: Trial, place: Place | None = None) -> Facts:
+def gather(
+    reader: RunReader, evaluation: Evaluation, trial: Trial, place: ArchivePlace | None = None
+) -> Facts:
     """Collect what a build sheet is about.
 
     Args:

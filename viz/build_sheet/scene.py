@@ -42,7 +42,7 @@ class Ball:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Camera:
+class OrthographicCamera:
     """Looks at a scene from infinitely far away.
 
     Attributes:
@@ -53,7 +53,7 @@ class Camera:
     up: np.ndarray
 
     @classmethod
-    def looking(cls, azimuth: float, elevation: float) -> Camera:
+    def looking(cls, azimuth: float, elevation: float) -> OrthographicCamera:
         """Look at the origin from a direction, both in degrees: azimuth 0 looks along +y, 90 along -x."""
         a, e = math.radians(azimuth), math.radians(elevation)
         right = np.array([math.cos(a), math.sin(a), 0.0])
@@ -70,7 +70,7 @@ class Camera:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class View:
+class SceneView:
     """A camera and where its picture goes on the paper.
 
     Attributes:
@@ -79,18 +79,18 @@ class View:
         origin: (2,) where the world's origin appears, in points.
     """
 
-    camera: Camera
+    camera: OrthographicCamera
     scale: float
     origin: np.ndarray
 
     @classmethod
     def fitting(
         cls,
-        camera: Camera,
+        camera: OrthographicCamera,
         points: np.ndarray,
         box: tuple[float, float, float, float],
         largest: float = math.inf,
-    ) -> View:
+    ) -> SceneView:
         """Return the view that shows points (n, 3) in the middle of a box, as large as they fit.
 
         Args:
@@ -112,7 +112,9 @@ class View:
         return float(x), float(y)
 
 
-def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence[float]) -> Camera:
+def clearest(
+    points: np.ndarray, azimuths: Sequence[float], elevations: Sequence[float]
+) -> OrthographicCamera:
     """Return the camera in whose picture the two nearest of some points (n, 3) are farthest apart.
 
     Args:
@@ -121,16 +123,16 @@ def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence
         elevations: likewise.
     """
 
-    def nearest(camera: Camera) -> float:
+    def nearest(camera: OrthographicCamera) -> float:
         seen = camera.flat(points)
         apart = np.linalg.norm(seen[:, None] - seen[None], axis=-1)
         return float(apart[np.triu_indices(len(seen), 1)].min())
 
-    cameras = [Camera.looking(a, e) for a in azimuths for e in elevations]
+    cameras = [OrthographicCamera.looking(a, e) for a in azimuths for e in elevations]
     return max(cameras, key=nearest)
 
 
-def paint(pen: Pen, view: View, things: list[Tube | Ball], *, thinnest: float = 0.5) -> None:
+def paint(pen: Pen, view: SceneView, things: list[Tube | Ball], *, thinnest: float = 0.5) -> None:
     """Paint tubes and balls, those behind first.
 
     Args:

@@ -6,7 +6,7 @@ from reportlab.platypus import Flowable, PageBreak
 
 from engine.fabrication.materials import Materials
 from viz.build_sheet import style
-from viz.build_sheet.document import Layout, typeset
+from viz.build_sheet.document import PageLayout, typeset
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.sections import (
     assembly,
@@ -25,7 +25,7 @@ from viz.build_sheet.sections import (
 from viz.build_sheet.style import PaperName
 
 
-def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> tuple[bytes, Layout]:
+def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> tuple[bytes, PageLayout]:
     """Return a robot's build sheet as a PDF, and where everything is on its pages.
 
     Equal arguments give equal bytes.

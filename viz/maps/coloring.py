@@ -16,7 +16,7 @@ from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.maps import axis_labels
-from viz.maps.contents import Elite
+from viz.maps.contents import ShownElite
 from viz.maps.scale import Scale, count_scale, fitness_scale
 
 Values = Mapping[Cell, float]
@@ -34,7 +34,7 @@ class Coloring:
         lengths: whether the values are fitnesses in cm, which can share a scale.
     """
 
-    values: Callable[[Sequence[Axis], Mapping[Cell, Elite]], Values]
+    values: Callable[[Sequence[Axis], Mapping[Cell, ShownElite]], Values]
     scale: Callable[[Collection[float]], Scale]
     hint: Callable[[float], str] | None = None
     lengths: bool = False
@@ -69,7 +69,7 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
     """
     bodies = reader.bodies(generation)
 
-    def values(axes: Sequence[Axis], elites: Mapping[Cell, Elite]) -> Values:
+    def values(axes: Sequence[Axis], elites: Mapping[Cell, ShownElite]) -> Values:
         if not axis_labels.is_body(axes):
             return {}
         counts = dict.fromkeys(elites, 0.0)

@@ -15,7 +15,7 @@ from engine.tasks import get_task
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Elite:
+class ShownElite:
     """What a map says of a robot: its evaluation's number and generation, its f_s in cm, its body."""
 
     number: int
@@ -47,7 +47,7 @@ class Content:
     """
 
     axes: tuple[Axis, ...]
-    elites: Mapping[Cell, Elite]
+    elites: Mapping[Cell, ShownElite]
     coverage: float | None = None
 
     def cell_of(self, number: int) -> Cell | None:
@@ -66,7 +66,7 @@ def load_contents(reader: RunReader, generation: Generation) -> dict[str, Conten
         name: Content(
             generation.archives[name].axes,
             {
-                cell: Elite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
+                cell: ShownElite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
                 for cell, (n, s) in cells.items()
             },
             generation.archives[name].coverage,

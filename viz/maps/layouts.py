@@ -18,11 +18,11 @@ NESTED: Final = "nested"
 ONLY: Final = "plain"
 
 Kind = Literal["whole", "projection", "section", "nested"]
-Layout = tuple["View", ...]
+Layout = tuple["MapView", ...]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class View:
+class MapView:
     """One map of an archive.
 
     Attributes:
@@ -87,17 +87,17 @@ def layouts(archives: Mapping[str, tuple[Axis, ...]]) -> dict[str, Layout]:
     return {layout: views for layout, views in found.items() if views}
 
 
-def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[View]:
+def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[MapView]:
     if n_axes == 2:
-        return [View(slug, archive, "whole", (0, 1))]
+        return [MapView(slug, archive, "whole", (0, 1))]
     if n_axes not in (3, 4):
         return []
     pairs = ((0, 1), (0, 2)) if n_axes == 3 else ((0, 1), (2, 3))
-    projections = [View(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
-    nested = View(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
+    projections = [MapView(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
+    nested = MapView(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
     if layout == PROJECTED:
         return projections
     if n_axes == 3:
         return [nested]
-    inner = View(f"{slug}-section", archive, "section", (2, 3))
+    inner = MapView(f"{slug}-section", archive, "section", (2, 3))
     return [nested if layout == NESTED else projections[0], inner]

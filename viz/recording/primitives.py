@@ -15,14 +15,14 @@ from scipy.spatial.transform import Rotation
 from engine.tasks.walls import Wall
 
 Color = tuple[int, ...]
-Part = tuple[float, Callable[[], object]]
+PaintedPart = tuple[float, Callable[[], object]]
 """Something to draw: its distance from the eye in m, and what draws it."""
 NEAR: Final = 0.03
 """Metres before the eye within which nothing is drawn."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Look:
+class ReplayLook:
     """How a picture looks.
 
     Attributes:
@@ -47,7 +47,7 @@ class Look:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Camera:
+class PerspectiveCamera:
     """A perspective camera.
 
     Attributes:
@@ -86,7 +86,7 @@ class Camera:
         pixels = np.stack([width / 2 + scale * seen[:, 0], height / 2 - scale * seen[:, 1]], axis=-1)
         return pixels, seen[:, 2], scale
 
-    def showing(self, points: np.ndarray, margin: float = 0.12) -> Camera:
+    def showing(self, points: np.ndarray, margin: float = 0.12) -> PerspectiveCamera:
         """Return this camera moved until (n, 3) points lie within the picture, a margin around them."""
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         camera = dataclasses.replace(self, focus=np.array([middle[0], middle[1], 0.02]), distance=0.3)
@@ -101,7 +101,7 @@ class Camera:
 
 def parts_of(
     paint: Callable[..., object], depths: np.ndarray, *columns: Iterable, lift: float = 0.0
-) -> list[Part]:
+) -> list[PaintedPart]:
     """Return things of one kind that lie before the eye, to be painted.
 
     Args:
@@ -117,7 +117,7 @@ def parts_of(
     ]
 
 
-def paint_all(parts: Sequence[Part]) -> None:
+def paint_all(parts: Sequence[PaintedPart]) -> None:
     """Paint everything, the farthest first."""
     for _, paint in sorted(parts, key=lambda part: -part[0]):
         paint()

@@ -22,9 +22,9 @@ from engine.replay.replay import Replay
 from viz import theme
 from viz.recording.primitives import (
     NEAR,
-    Camera,
-    Look,
-    Part,
+    PaintedPart,
+    PerspectiveCamera,
+    ReplayLook,
     draw_ball,
     draw_rod,
     mix,
@@ -56,10 +56,10 @@ class Renderer:
         ExportError: there is nothing to draw: the simulation failed or has not begun.
     """
 
-    def __init__(self, replay: Replay, look: Look | None = None, *, run: str = "") -> None:
+    def __init__(self, replay: Replay, look: ReplayLook | None = None, *, run: str = "") -> None:
         if replay.failure is not None or not replay.frames or replay.target is None:
             raise ExportError(f"there is no replay to draw: {replay.failure or 'nothing was simulated'}")
-        self._replay, self._look = replay, look or Look()
+        self._replay, self._look = replay, look or ReplayLook()
         self._geometry = RobotGeometry(replay.morphology, replay.head.module)
         self._target = np.array([*replay.target, 0.0])
         self._walls = [w for w in replay.walls if not w.is_buried]
@@ -115,7 +115,7 @@ class Renderer:
         self.picture(moment).save(file, "PNG", optimize=True)
         return file.getvalue()
 
-    def _place_camera(self) -> Camera:
+    def _place_camera(self) -> PerspectiveCamera:
         frames = self._replay.frames
         first = self._geometry.draw(frames[0].pose, frames[0].lengths).nodes
         last = self._geometry.draw(frames[-1].pose, frames[-1].lengths).nodes
@@ -125,7 +125,7 @@ class Renderer:
         if self._walls:
             back = first[:, :2].mean(axis=0) - self._target[:2]
             yaw, pitch = float(np.arctan2(back[1], back[0])) + 0.4, PITCH_AMONG_WALLS
-        camera = Camera(np.zeros(3), yaw, pitch, 1.0, self._big)
+        camera = PerspectiveCamera(np.zeros(3), yaw, pitch, 1.0, self._big)
         return camera.showing(np.concatenate([first, last, way, post]))
 
     def _background(self, begun: bool) -> tuple[Image.Image, Image.Image]:
@@ -200,20 +200,20 @@ class Renderer:
             parts += self._standing(draw, corner)
         paint_all(parts)
 
-    def _rods(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
+    def _rods(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
         pixels, ahead, scale = self._camera.project(drawing.rods.reshape(-1, 3))
         widths = 2.0 * ROD_DRAWN_RADIUS * scale.reshape(-1, 2).mean(axis=1)
         paint = functools.partial(draw_rod, draw)
         ends = (pixels - corner).reshape(-1, 2, 2)
         return parts_of(paint, ahead.reshape(-1, 2).mean(axis=1), ends, widths.tolist(), self._rod_layers)
 
-    def _cables(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
+    def _cables(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
         pixels, ahead, scale = self._camera.project(drawing.cables.reshape(-1, 3))
         widths = np.maximum(CABLE_DRAWN_WIDTH * scale[::2], 1.1 * self._unit).round().astype(int)
         ends, colors = (pixels - corner).reshape(-1, 4), map(tuple, self._cable_colors(drawing))
         return parts_of(draw.line, ahead.reshape(-1, 2).mean(axis=1), ends.tolist(), colors, widths.tolist())
 
-    def _nodes(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
+    def _nodes(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
         pixels, ahead, scale = self._camera.project(drawing.nodes)
         radii = self._geometry.node_radii * scale
         paint = functools.partial(draw_ball, draw)
@@ -236,10 +236,10 @@ class Renderer:
         x, y, _ = self._target
         return np.array([[x, y, 0.001], [x, y, TARGET_HEIGHT]])
 
-    def _standing(self, draw: ImageDraw.ImageDraw, corner: np.ndarray) -> list[Part]:
+    def _standing(self, draw: ImageDraw.ImageDraw, corner: np.ndarray) -> list[PaintedPart]:
         """Return the target's post and the walls."""
         pixels, ahead, scale = self._camera.project(self._post())
-        parts: list[Part] = []
+        parts: list[PaintedPart] = []
         if ahead.min() > NEAR:
             width = max(2, round(0.016 * scale[0]))
             line = [tuple(p) for p in pixels - corner]

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from engine.errors import ExportError
 from engine.replay.replay import Replay
-from viz.recording.primitives import Look
+from viz.recording.primitives import ReplayLook
 from viz.recording.render import Renderer
 
 FPS: Final = 30
@@ -30,7 +30,7 @@ ENCODERS: Final[dict[str, dict[str, str]]] = {
 def video(
     replay: Replay,
     *,
-    look: Look | None = None,
+    look: ReplayLook | None = None,
     run: str = "",
     speed: float = 1.0,
     encoder: str | None = None,
@@ -55,7 +55,7 @@ def video(
     # SVT-AV1 otherwise tells its settings on the standard error stream
     os.environ.setdefault("SVT_LOG", "1")
     renderer = Renderer(replay, look, run=run)
-    size = (look or Look()).size
+    size = (look or ReplayLook()).size
     end = replay.frames[-1].time
     n_frames = max(1, round(FPS * end / speed))
     file = io.BytesIO()

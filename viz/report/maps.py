@@ -18,7 +18,7 @@ from engine.search.axes import Axis
 from viz import theme
 from viz.maps import axis_labels
 from viz.maps.scale import Scale, fitness_scale
-from viz.report.style import Look, dress
+from viz.report.style import ReportLook, dress
 
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
@@ -51,7 +51,7 @@ def task_scale(task: TaskComparison) -> Scale:
     )
 
 
-def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> go.Figure:
+def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: ReportLook) -> go.Figure:
     """Return the morphology maps, then the controller maps, a row of runs for each algorithm.
 
     With a single run of each algorithm the algorithms lie beside each other instead.
@@ -157,7 +157,7 @@ def _how(run: RunResult, name: str) -> str:
 
 
 def _add_map(
-    figure: go.Figure, panel: _Panel, left: _Panel | None, position: tuple[int, int], look: Look
+    figure: go.Figure, panel: _Panel, left: _Panel | None, position: tuple[int, int], look: ReportLook
 ) -> None:
     """Draw a map at a (row, column), without the labels that it shares with the leftmost of its row."""
     shown = panel.map if len(panel.map.axes) == 2 else panel.map.project((0, 1))
@@ -225,7 +225,7 @@ def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
     return at, [axis_labels.value(axis, i) for i in at]
 
 
-def color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
+def color_axis(task: TaskComparison, look: ReportLook, length: float) -> dict[str, Any]:
     """Return the colour axis that all maps of a task share; its bar is at least 180 px long."""
     scale = task_scale(task)
     ticks = scale.ticks()

@@ -44,16 +44,16 @@ class Entry:
         return self.evaluation.solution.number
 
 
-Row = tuple[str, list[str], list[float | None]]
+DifferenceRow = tuple[str, list[str], list[float | None]]
 """What is compared, the values as text, and numbers of which the largest is best: None where none is."""
 
 
-def rows(entries: Sequence[Entry]) -> list[Row]:
+def rows(entries: Sequence[Entry]) -> list[DifferenceRow]:
     """Return what robots are compared in, in cm where it is a length."""
     tasks = [get_task(e.config.task) for e in entries]
     bodies = [e.evaluation.solution.morphology for e in entries]
     nothing: list[float | None] = [None] * len(entries)
-    found: list[Row] = [
+    found: list[DifferenceRow] = [
         ("run", [e.run for e in entries], nothing),
         ("robot", [str(e.number) for e in entries], nothing),
         ("generation", ["–" if e.entered is None else str(e.entered) for e in entries], nothing),

@@ -17,7 +17,7 @@ BETTER, WORSE = theme.GOOD_TEXT, theme.BAD_TEXT
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Line:
+class ComparedFigure:
     """A figure of original and variant, in cm, None where there is none.
 
     Attributes:
@@ -45,7 +45,9 @@ class Line:
         return change > 0.0 if self.higher_is_better else change < 0.0
 
 
-def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, second: int) -> list[Line]:
+def compare(
+    config: RunConfig, original: Evaluation, scores: np.ndarray | None, second: int
+) -> list[ComparedFigure]:
     """Return f_s and every target's score of a robot and its variant.
 
     Args:
@@ -57,9 +59,11 @@ def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, 
     """
     task = get_task(config.task)
     theirs = scores_at(config, original, second)
-    rows = [Line("f_s", _f_s(task.target_distance, theirs), _f_s(task.target_distance, scores), True)]
+    rows = [
+        ComparedFigure("f_s", _f_s(task.target_distance, theirs), _f_s(task.target_distance, scores), True)
+    ]
     for k, name in enumerate(task.target_names):
-        rows.append(Line(name, _mean(theirs[k]), None if scores is None else _mean(scores[k])))
+        rows.append(ComparedFigure(name, _mean(theirs[k]), None if scores is None else _mean(scores[k])))
     return rows
 
 
@@ -79,7 +83,7 @@ def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarra
     return original.distances
 
 
-def render_table(lines: list[Line], heading: str, failure: str | None = None) -> str:
+def render_table(lines: list[ComparedFigure], heading: str, failure: str | None = None) -> str:
     """Return the table of a comparison.
 
     Args:
@@ -184,7 +188,7 @@ def _signed(value: float | None) -> str:
     return f"{value:+.1f}" if abs(value) >= 0.05 else "0.0"
 
 
-def _tint(line: Line) -> str:
+def _tint(line: ComparedFigure) -> str:
     if line.change is None or abs(line.change) < 0.05:
         return "inherit"
     return BETTER if line.is_better else WORSE

@@ -94,7 +94,7 @@ def _plot(
 ) -> str:
     measure, (left, top) = MEASURES[k], _corner(k)
     series = {name: [(p, _value(p, name, measure)) for p in points] for name in archives}
-    y = _Scale([v for values in series.values() for _, v in values if v is not None], measure)
+    y = _ValueAxis([v for values in series.values() for _, v in values if v is not None], measure)
     parts = []
     for part in (0.0, 1.0):
         line = top + PLOT_HEIGHT * (1 - part)
@@ -197,7 +197,7 @@ def _times_100(value: float | None) -> float | None:
     return None if value is None else 100 * value
 
 
-class _Scale:
+class _ValueAxis:
     """A vertical axis that holds its values, of which there is at least one, with a little room."""
 
     def __init__(self, values: Sequence[float], measure: Measure) -> None:

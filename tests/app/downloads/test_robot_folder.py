@@ -10,7 +10,7 @@ import pytest
 from app.downloads.robot_folder import place_of, robot_folder, what_is
 from engine.fabrication.materials import load_materials, preset_text
 from engine.storage.reader import RunReader
-from viz.build_sheet.facts import Place, run_date
+from viz.build_sheet.facts import ArchivePlace, run_date
 from viz.build_sheet.sections.title import qr_text
 
 
@@ -24,7 +24,7 @@ def reader(small_run):
 def elite(reader):
     """Place and number of the elite with the fewest modules."""
     cell, number = min(reader.placements("morphology", reader.last_generation()).items())
-    return Place(archive="morphology", cell=cell), number
+    return ArchivePlace(archive="morphology", cell=cell), number
 
 
 @pytest.fixture(scope="module")

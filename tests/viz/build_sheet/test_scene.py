@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from engine.body import module as t
 from engine.simulation.model import module_placements
 from viz.build_sheet.facts import links
-from viz.build_sheet.scene import Camera, View, clearest
+from viz.build_sheet.scene import OrthographicCamera, SceneView, clearest
 from viz.build_sheet.sections.assembly import MODULE
 from viz.build_sheet.sections.net import neighbours
 from viz.build_sheet.style import signed
@@ -20,14 +20,14 @@ angles = st.floats(-180, 180)
 @settings(max_examples=25, deadline=None)
 @given(angles, st.floats(-89, 89))
 def test_a_camera_keeps_lengths_and_looks_along_its_axis(azimuth, elevation):
-    camera = Camera.looking(azimuth, elevation)
+    camera = OrthographicCamera.looking(azimuth, elevation)
     axes = np.stack([camera.right, camera.up, np.cross(camera.right, camera.up)])
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
 def test_the_top_is_up_and_what_is_nearer_hides_what_is_behind():
-    camera = Camera.looking(0, 30)
+    camera = OrthographicCamera.looking(0, 30)
     assert camera.up[2] > 0
     assert camera.depth(np.array([0.0, -1.0, 0.0])) > camera.depth(np.array([0.0, 1.0, 0.0]))
     assert camera.depth(np.array([0.0, 0.0, 1.0])) > camera.depth(np.zeros(3))
@@ -37,7 +37,7 @@ def test_the_top_is_up_and_what_is_nearer_hides_what_is_behind():
 @given(st.floats(-60, 60), st.floats(0, 60))
 def test_a_fitting_view_shows_everything_inside_the_box(azimuth, elevation):
     box = (10.0, 20.0, 200.0, 100.0)
-    view = View.fitting(Camera.looking(azimuth, elevation), t.NODES, box)
+    view = SceneView.fitting(OrthographicCamera.looking(azimuth, elevation), t.NODES, box)
     places = np.array([view.at(n) for n in t.NODES])
     assert (places >= np.array([10.0, 20.0]) - 1e-6).all()
     assert (places <= np.array([210.0, 120.0]) + 1e-6).all()

@@ -26,7 +26,7 @@ from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
 from viz.build_sheet.details import draw_drum, draw_rod_end
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
+from viz.build_sheet.scene import Ball, SceneView, Tube, clearest, paint
 from viz.build_sheet.style import Paper
 from viz.robot.skeleton import Skeleton
 
@@ -256,7 +256,7 @@ def _step(paper: Paper, number: int, step: Step) -> Flowable:
 def draw_step(pen: Pen, step: Step) -> None:
     """Draw the picture of a step."""
     body = MODULE
-    view = View.fitting(CAMERA, t.NODES, (16, 14, pen.width - 32, pen.height - 28))
+    view = SceneView.fitting(CAMERA, t.NODES, (16, 14, pen.width - 32, pen.height - 28))
     rods = {*step.new, *step.there}
     things: list[Tube | Ball] = []
     for r in sorted(rods):
@@ -283,7 +283,7 @@ def draw_step(pen: Pen, step: Step) -> None:
 
 
 def label_nodes(
-    pen: Pen, view: View, nodes: np.ndarray, which: list[int], *, size: float = 8.0, away: float = 8.5
+    pen: Pen, view: SceneView, nodes: np.ndarray, which: list[int], *, size: float = 8.0, away: float = 8.5
 ) -> None:
     """Write the numbers of nodes beside them, on the side away from the module's middle.
 

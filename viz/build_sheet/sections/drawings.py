@@ -12,11 +12,11 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Camera, View, paint
+from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
 from viz.build_sheet.style import Paper
 
-FROM_ABOVE = Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-FROM_THE_SIDE = Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+FROM_ABOVE = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+FROM_THE_SIDE = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
 POINTS_PER_M = 72 / 0.0254
 SCALES = (1, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
@@ -58,7 +58,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
 def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
     body = facts.levelled
     low, high = facts.extent()
-    view = View(FROM_ABOVE, size, np.array([37 - size * low[0], 40 - size * low[1]]))
+    view = SceneView(FROM_ABOVE, size, np.array([37 - size * low[0], 40 - size * low[1]]))
     paint(pen, view, robot(facts), thinnest=0.4)
     x0, y0 = view.at(low)
     x1, y1 = view.at(high)
@@ -81,7 +81,7 @@ def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
 def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
     body = facts.levelled
     low, high = facts.extent()
-    view = View(FROM_THE_SIDE, size, np.array([37 - size * low[0], 14.0]))
+    view = SceneView(FROM_THE_SIDE, size, np.array([37 - size * low[0], 14.0]))
     ground = view.at(np.zeros(3))[1]
     pen.line((8, ground), (pen.width - 8, ground), color=style.SOFT, width=0.8)
     x = 10.0

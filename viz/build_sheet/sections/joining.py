@@ -17,7 +17,7 @@ from viz.build_sheet import blocks, bodies, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
+from viz.build_sheet.scene import Ball, SceneView, Tube, clearest, paint
 from viz.build_sheet.style import Paper
 from viz.robot.skeleton import Skeleton
 
@@ -103,7 +103,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     ends = np.concatenate([body.nodes[0, met[0]], body.nodes[1, met[1]]])
     camera = clearest(ends, range(-36, 40, 4), range(6, 36, 3))
     pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
-    view = View.fitting(camera, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
+    view = SceneView.fitting(camera, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
     things: list[Tube | Ball] = []
     for k in (0, 1):
         for r in range(len(t.RODS)):
@@ -134,7 +134,7 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
         pen.text(x, min(top + 7, pen.height - 28), name, align="centre", size=8, color=style.SOFT)
 
 
-def _label(pen: Pen, view: View, body: Skeleton, joint: Joint) -> None:
+def _label(pen: Pen, view: SceneView, body: Skeleton, joint: Joint) -> None:
     """Write the joined nodes' numbers beside their links, each on its own module's side."""
     for a, b in joint.node_pairs:
         start, end = np.array(view.at(body.nodes[0, a])), np.array(view.at(body.nodes[1, b]))

@@ -12,7 +12,7 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Camera, View, paint
+from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
 from viz.build_sheet.style import Paper, signed
 
 QR_SIZE = 92.0
@@ -160,11 +160,11 @@ def _draw_qr(pen: Pen, text: str) -> None:
 
 def _draw_view(pen: Pen, facts: Facts) -> None:
     body = facts.levelled
-    camera = Camera.looking(-22, 26)
+    camera = OrthographicCamera.looking(-22, 26)
     points = body.nodes.reshape(-1, 3)
     ground = points * np.array([1.0, 1.0, 0.0])
     box = (12, 12, pen.width - 24, pen.height - 42)
-    view = View.fitting(camera, np.concatenate([points, ground]), box, largest=1450)
+    view = SceneView.fitting(camera, np.concatenate([points, ground]), box, largest=1450)
     shadow = max(4 * t.ROD_RADIUS * view.scale, 1.0)
     for start, end in body.rods.reshape(-1, 2, 3) * (1, 1, 0):
         pen.line(view.at(start), view.at(end), color=SHADOW, width=shadow, cap=1)
