@@ -83,20 +83,20 @@ def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarra
     return original.distances
 
 
-def render_table(lines: list[ComparedFigure], heading: str, failure: str | None = None) -> str:
+def render_table(figures: list[ComparedFigure], heading: str, failure: str | None = None) -> str:
     """Return the table of a comparison.
 
     Args:
-        lines: of the table.
-        heading: what the figures are of.
+        figures: the rows of the table.
+        heading: what the figures belong to.
         failure: why the variant has no fitness, or None.
     """
     body = "".join(
         f'<tr style="{"font-weight:650;font-size:13.5px" if k == 0 else ""}">'
-        f'<td style="padding:1px 0;white-space:nowrap">{_name(line.what)}</td>'
-        f"<td{_RIGHT}>{_number(line.original)}</td><td{_RIGHT}>{_number(line.variant)}</td>"
-        f'<td style="text-align:right;color:{_tint(line)}">{_signed(line.change)}</td></tr>'
-        for k, line in enumerate(lines)
+        f'<td style="padding:1px 0;white-space:nowrap">{_name(figure.what)}</td>'
+        f"<td{_RIGHT}>{_number(figure.original)}</td><td{_RIGHT}>{_number(figure.variant)}</td>"
+        f'<td style="text-align:right;color:{_tint(figure)}">{_signed(figure.change)}</td></tr>'
+        for k, figure in enumerate(figures)
     )
     failed = (
         f'<div style="color:{theme.BAD_TEXT};padding-top:4px">the simulation failed:'
@@ -188,7 +188,7 @@ def _signed(value: float | None) -> str:
     return f"{value:+.1f}" if abs(value) >= 0.05 else "0.0"
 
 
-def _tint(line: ComparedFigure) -> str:
-    if line.change is None or abs(line.change) < 0.05:
+def _tint(figure: ComparedFigure) -> str:
+    if figure.change is None or abs(figure.change) < 0.05:
         return "inherit"
-    return BETTER if line.is_better else WORSE
+    return BETTER if figure.is_better else WORSE
