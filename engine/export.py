@@ -1,18 +1,17 @@
-"""From an evaluation in a run file to a folder that a person can take away.
+"""From an evaluation in a run file to files that a person can take away, and to an id that names the robot.
 
-The trial towards target 0, repeat 0, is simulated again, and everything that moves in the folder
-comes from it.
+The trial towards target 0, repeat 0, is simulated again; controls, path and replay come from it.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import importlib.resources
 import json
 import os
 import shutil
 import uuid
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -24,21 +23,25 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import ExportError
-from engine.fabrication.bill_of_materials import total_mass
+from engine.fabrication.bill_of_materials import simulated_mass
+from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
-from engine.simulation.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
 from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
-from engine.tasks import get_task, sensed, target_offsets
+from engine.tasks import get_task, sensed, target_offsets, task_version
 from engine.tasks.walls import Wall, add_walls
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
 GENOTYPE_VERSION: Final = 1
 TARGET: Final = 0
+"""Target of the trial that is exported, numbered from 0."""
 REPEAT: Final = 0
-"""The trial that is exported."""
+"""Its repeat, numbered from 0."""
+ID_LENGTH: Final = 10
+"""Hexadecimal digits of an id: among a million robots two share one with a probability of half a percent."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -90,12 +93,31 @@ def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> 
     files = {
         "README.md": _readme(reader, evaluation, trial),
         "robot.xml": xml,
-        "controls.csv": _csv(["time_s", *names], controls),
-        "trajectory.csv": _csv(columns, path),
+        "controls.csv": csv_text([["time_s", *names], *controls]),
+        "trajectory.csv": csv_text([columns, *path]),
         "play.py": _template("export_play.py"),
         "genotype.json": _genotype(reader, evaluation),
     }
     return {name: text.encode() for name, text in files.items()}
+
+
+def robot_hash(config: RunConfig, solution: Solution) -> str:
+    """Return the SHA-256 of what a robot is and does: both genotypes, the task and the physics.
+
+    Equal robots of different runs have the same; the run's name, its seed and the noise do not count.
+    """
+    content = {
+        "morphology": solution.morphology.to_json(),
+        "controller": solution.controller.to_json(),
+        "task": {"name": config.task, **task_version(config.task)},
+        "physics": dataclasses.asdict(config.physics),
+    }
+    return hashlib.sha256(compact_json(content).encode()).hexdigest()
+
+
+def robot_id(config: RunConfig, solution: Solution) -> str:
+    """Return the first digits of ``robot_hash``, which people can read out to each other."""
+    return robot_hash(config, solution)[:ID_LENGTH]
 
 
 def check_folder(out: Path) -> None:
@@ -189,10 +211,6 @@ def _robot_xml(
     return [a.name for a in spec.actuators], xml_with_state(spec, "settled", trial.settled)
 
 
-def _csv(header: Sequence[str], rows: Sequence[Sequence[float]]) -> str:
-    return "".join(",".join(map(str, row)) + "\n" for row in (header, *rows))
-
-
 def _genotype(reader: RunReader, e: Evaluation) -> str:
     s = e.solution
     head = Head.of(s.morphology, e.head_is_end)
@@ -238,7 +256,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
         faces=", ".join(map(str, morphology.faces)),
         head=head.module,
         end="last" if head.is_end else "first",
-        mass=1000.0 * total_mass(morphology),
+        mass=1000.0 * simulated_mass(morphology),
         start=100.0 * task.target_distance,
         f_s=100.0 * (task.target_distance - e.fitness),
         targets="\n".join(

@@ -1,4 +1,4 @@
-"""The colours everything is drawn with."""
+"""The colours that everything is drawn with."""
 
 from __future__ import annotations
 
@@ -29,6 +29,11 @@ CONTACT: Final = (176, 232, 84)
 NUMBER: Final = (226, 232, 240)
 TARGET: Final = (46, 204, 224)
 TRAIL: Final = (255, 93, 143)
+WALL: Final = (150, 178, 214)
+WALL_EDGE: Final = (190, 210, 236)
+LANES: Final = ((255, 93, 143), (255, 180, 84), (122, 162, 247), (158, 206, 106))
+"""Colours of robots side by side, in their order."""
+LANE_LINE: Final = (110, 118, 132)
 GOOD_TEXT: Final = "var(--ta-good,#36b3a0)"
 WARNING_TEXT: Final = "var(--ta-warning,#e0a458)"
 BAD_TEXT: Final = "var(--ta-bad,#ff7b72)"
@@ -39,7 +44,7 @@ TEXT_STYLE: Final = (
     '[data-mantine-color-scheme="light"] [role="tab"][aria-selected="true"]'
     "{color:var(--ta-good)!important}</style>"
 )
-"""What makes them so; to be on the page once."""
+"""HTML that makes them so; a page needs it once."""
 
 
 def color_at(part: float, name: str = "viridis") -> str:
@@ -48,15 +53,13 @@ def color_at(part: float, name: str = "viridis") -> str:
     return "#" + "".join(f"{round(c):02x}" for c in unlabel_rgb(rgb))
 
 
-WALL = (150, 178, 214)
-WALL_EDGE = (190, 210, 236)
-LANES: Final = ((255, 93, 143), (255, 180, 84), (122, 162, 247), (158, 206, 106))
-"""Of robots side by side, in their order."""
-LANE_LINE: Final = (110, 118, 132)
+def css(color: tuple[int, int, int]) -> str:
+    """Return a colour as CSS has it."""
+    return f"rgb({color[0]},{color[1]},{color[2]})"
 
 
 def linear(colors: np.ndarray) -> np.ndarray:
-    """Return sRGB colours as the linear ones that batches of meshes and lines take, both (..., 3) uint8."""
+    """Return sRGB colours as linear ones, both (..., 3) uint8: batches of meshes and of lines take these."""
     return _LINEAR[colors]
 
 

@@ -16,7 +16,7 @@ from engine.storage.reader import RunReader
 
 if TYPE_CHECKING:  # the libraries that draw and shape take a while to import; the other commands do without
     from engine.fabrication.materials import Materials
-    from viz.build_sheet.facts import Place
+    from viz.build_sheet.facts import ArchivePlace
 
 INDEX = "index.csv"
 
@@ -55,7 +55,7 @@ class Export:
         """
         from engine.export import check_folder, write_folder
         from engine.fabrication.materials import load_materials
-        from viz.build_sheet.facts import Place
+        from viz.build_sheet.facts import ArchivePlace
 
         if (self.cell is None) == (not self.all_elites):
             raise InvalidData("say which robot with --cell I,J, or --all-elites for every one, not both")
@@ -65,12 +65,14 @@ class Export:
             if self.cell is None:
                 self._write_all(reader, materials, console)
                 return
-            place = Place(archive=self.archive or "morphology", cell=parse_cell(self.cell))
+            place = ArchivePlace(archive=self.archive or "morphology", cell=parse_cell(self.cell))
             number = reader.elite_at(place.archive, place.cell)
             write_folder(self._files(reader, number, place, materials), self.out)
         console.print(f"Wrote robot {number} to {self.out}; start with its build_sheet.pdf", markup=False)
 
-    def _files(self, reader: RunReader, number: int, place: Place, materials: Materials) -> dict[str, bytes]:
+    def _files(
+        self, reader: RunReader, number: int, place: ArchivePlace, materials: Materials
+    ) -> dict[str, bytes]:
         from app.downloads.robot_folder import robot_folder
 
         return robot_folder(reader, number, materials=materials, place=place, paper=self.paper)
@@ -80,7 +82,7 @@ class Export:
         from engine.export import write_folder
 
         elites = self._elites(reader)
-        first: dict[int, Place] = {}
+        first: dict[int, ArchivePlace] = {}
         for place, number in elites.items():
             first.setdefault(number, place)
         failed: list[str] = []
@@ -108,13 +110,13 @@ class Export:
             markup=False,
         )
 
-    def _elites(self, reader: RunReader) -> dict[Place, int]:
+    def _elites(self, reader: RunReader) -> dict[ArchivePlace, int]:
         """Return the number of the robot in every filled cell of the maps to take."""
-        from viz.build_sheet.facts import Place
+        from viz.build_sheet.facts import ArchivePlace
 
         last = reader.finished_generation(self.archive)
         return {
-            Place(archive=name, cell=cell): number
+            ArchivePlace(archive=name, cell=cell): number
             for name in (last.archives if self.archive is None else [self.archive])
             for cell, number in sorted(reader.placements(name, last.number).items())
         }

@@ -1,4 +1,4 @@
-"""The live display of an evolution in a terminal."""
+"""What a terminal shows while a command works: an evolution as it goes, or a bar that counts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ProgressDisplay:
 
 @contextlib.contextmanager
 def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar from the first count on; yields what to call with how many of how many are done.
+    """Show a bar from the first count on; yield what is to be told how many of how many are done.
 
     Where the output is no terminal there is a line now and then instead.
     """
@@ -72,7 +72,7 @@ def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]
         yield update
 
 
-def rate_and_time_left(progress: Progress) -> tuple[float, float | None]:
+def _rate_and_time_left(progress: Progress) -> tuple[float, float | None]:
     """Return evaluations per second and the seconds left, None before the first evaluation."""
     if not progress.n_new or progress.seconds <= 0.0:
         return 0.0, None
@@ -80,7 +80,7 @@ def rate_and_time_left(progress: Progress) -> tuple[float, float | None]:
     return rate, (progress.budget - progress.n_evaluations) / rate
 
 
-def duration(seconds: float | None) -> str:
+def _duration(seconds: float | None) -> str:
     """Return a duration for people, such as 1:02:03."""
     if seconds is None:
         return "--:--"
@@ -90,21 +90,21 @@ def duration(seconds: float | None) -> str:
 
 
 def _line(p: Progress) -> str:
-    rate, left = rate_and_time_left(p)
+    rate, left = _rate_and_time_left(p)
     first = next(iter(p.archives.values()))
     best = archive_figures(first, p.initial_distance)["best"]
     return (
         f"generation {p.generation}  {p.n_evaluations}/{p.budget} evaluations"
-        f"  {rate:.2f}/s  {duration(left)} left"
+        f"  {rate:.2f}/s  {_duration(left)} left"
         f"  best f_s {'-' if best is None else f'{100 * best:.2f} cm'}"
     )
 
 
 def _panel(p: Progress) -> Group:
-    rate, left = rate_and_time_left(p)
+    rate, left = _rate_and_time_left(p)
     head = Text(
         f"generation {p.generation}   {p.n_evaluations} of {p.budget} evaluations"
-        f"   {rate:.2f} per s   {duration(left)} left" + (f"   {p.n_failed} failed" if p.n_failed else "")
+        f"   {rate:.2f} per s   {_duration(left)} left" + (f"   {p.n_failed} failed" if p.n_failed else "")
     )
     table = Table(box=None, padding=(0, 2, 0, 0))
     for title in ("archive", "best f_s", "mean f_s", "QD score", "coverage"):

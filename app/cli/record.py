@@ -94,7 +94,7 @@ class Record:
         from app.downloads.recording import recording
         from engine.replay.replay import Replay
         from engine.replay.trial import Aim, TrialChoice
-        from viz.recording.primitives import Look
+        from viz.recording.primitives import ReplayLook
 
         trial = TrialChoice(
             target=self.target,
@@ -124,6 +124,6 @@ class Record:
                 entered=reader.generation_of(number),
                 at=self.at,
                 speed=self.speed,
-                look=Look(light=self.light),
+                look=ReplayLook(light=self.light),
                 progress=progress,
             )

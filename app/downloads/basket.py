@@ -19,7 +19,7 @@ from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.build_sheet.facts import Place
+from viz.build_sheet.facts import ArchivePlace
 from viz.build_sheet.style import PaperName
 
 MOST: Final = 50
@@ -138,7 +138,7 @@ def exported(
     Raises:
         TensAtlasError: the robot cannot be exported.
     """
-    place = None if item.cell is None else Place(archive=item.archive, cell=item.cell)
+    place = None if item.cell is None else ArchivePlace(archive=item.archive, cell=item.cell)
     return robot_folder(
         reader, item.number, materials=choice.materials, place=place, paper=choice.paper, progress=progress
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from engine.errors import ExportError
 from engine.replay.replay import Replay
-from viz.recording.primitives import Look
+from viz.recording.primitives import ReplayLook
 from viz.recording.render import Renderer
 from viz.recording.standalone_replay import standalone_replay
 from viz.recording.video import video
@@ -47,7 +47,7 @@ def recording(
     entered: int | None = None,
     at: float | None = None,
     speed: float = 1.0,
-    look: Look | None = None,
+    look: ReplayLook | None = None,
     progress: ProgressCallback | None = None,
 ) -> bytes:
     """Return a replay as a file; what of it is not simulated yet is.

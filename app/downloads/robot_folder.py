@@ -22,7 +22,7 @@ from engine.files import csv_text
 from engine.search.archive import cell_name
 from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
-from viz.build_sheet.facts import Facts, Place, gather
+from viz.build_sheet.facts import ArchivePlace, Facts, gather
 from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
 from viz.recording.standalone_replay import standalone_replay
@@ -67,7 +67,7 @@ def robot_folder(
     number: int,
     *,
     materials: Materials,
-    place: Place | None = None,
+    place: ArchivePlace | None = None,
     paper: PaperName = "a4",
     progress: ProgressCallback = lambda _doing, _n, _total: None,
 ) -> dict[str, bytes]:
@@ -112,14 +112,14 @@ def robot_folder(
     return files
 
 
-def place_of(reader: RunReader, number: int) -> Place | None:
+def place_of(reader: RunReader, number: int) -> ArchivePlace | None:
     """Return a cell that a robot holds after the last generation, or None if it holds none."""
     last = reader.last_closed()
     for archive in last.archives if last else ():
         assert last is not None
         for cell, held in sorted(reader.placements(archive, last.number).items()):
             if held == number:
-                return Place(archive=archive, cell=cell)
+                return ArchivePlace(archive=archive, cell=cell)
     return None
 
 

@@ -20,10 +20,9 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
-from viz.maps import keyboard
-from viz.maps.heatmap import Ring
-from viz.maps.interaction import ENLARGE, INSTALL
-from viz.maps.map_pictures import Picture
+from viz.maps.interaction import ENLARGE, INSTALL, render_key
+from viz.maps.map_parts import Ring
+from viz.maps.map_pictures import MapPicture
 from viz.runs import trend
 from viz.runs.run_list import RunFacts, state_markup
 
@@ -89,7 +88,6 @@ class ArchivesPanel:
                 theme.TEXT_STYLE
                 + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + INSTALL
-                + keyboard.INSTALL
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
@@ -102,7 +100,7 @@ class ArchivesPanel:
         with self._tab:
             self._handler = ClickChannel(gui, events.cell_clicked).handler
             keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
-            gui.add_html(keyboard.render_key("space", "key-space", keys.handler))
+            gui.add_html(render_key("space", "key-space", keys.handler))
         self.picker.on_choose(events.run_chosen)
         self._colors.on_change(events.colors_changed)
         self._play.on_click(ignoring_event(events.growth_played))
@@ -174,7 +172,7 @@ class ArchivesPanel:
         self._colors.offer(colorings, coloring)
         self._layout.visible = len(layouts) > 1
 
-    def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
+    def show_maps(self, pictures: Sequence[MapPicture], rings: Sequence[Ring | None]) -> None:
         """Draw the maps of a generation, each with the mark of the chosen robot, if it has one."""
         lengths = [p.scale for p in pictures if p.scale.title.startswith("f_s")]
         self._colors.show_limits((lengths[0].low, lengths[0].high) if lengths else None)
@@ -203,7 +201,7 @@ class ArchivesPanel:
         self._play.label = "Hold" if playing else "Grow"
         self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
-    def _draw(self, picture: Picture, ring: Ring | None) -> str:
+    def _draw(self, picture: MapPicture, ring: Ring | None) -> str:
         enlarge = ENLARGE if picture.view.kind == "nested" else ""
         return (
             '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'

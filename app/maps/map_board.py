@@ -13,12 +13,12 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings
 from viz.maps.contents import Content, load_contents
-from viz.maps.heatmap import Ring
 from viz.maps.layouts import layouts
-from viz.maps.map_pictures import Picture, pictures
+from viz.maps.map_parts import Ring
+from viz.maps.map_pictures import MapPicture, pictures
 from viz.maps.scale import Palette
 
 MakeColoring = Callable[[RunReader, int], Coloring]
@@ -86,7 +86,7 @@ class MapBoard:
     def clear(self) -> None:
         """Show no run; how maps are drawn stays as chosen."""
         self._subject: Subject | None = None
-        self._pictures: list[Picture] = []
+        self._pictures: list[MapPicture] = []
         self._chosen: tuple[str, int] | None = None
         self._colors: dict[tuple[object, ...], Coloring] = {}
         self._stamp: object = None
@@ -166,7 +166,7 @@ class MapBoard:
             archive=picture.view.archive,
             cell=picture.sources.get(cell, cell),
             number=None if elite is None else elite.number,
-            meaning=axis_text.describe(picture.axes, cell),
+            meaning=axis_labels.describe(picture.axes, cell),
         )
 
     def holder(self, archive: str, cell: Cell) -> int | None:
@@ -175,7 +175,7 @@ class MapBoard:
         elite = None if content is None else content.elites.get(cell)
         return None if elite is None else elite.number
 
-    def _redraw(self, before: list[Picture] | None = None) -> None:
+    def _redraw(self, before: list[MapPicture] | None = None) -> None:
         subject = self._subject
         if subject is None:
             return
@@ -229,7 +229,7 @@ class MapBoard:
             return self._limits_of_all(self._subject.reader)
         return self._wish.limits if self._wish.scale == FIXED else None
 
-    def _ring(self, picture: Picture) -> Ring | None:
+    def _ring(self, picture: MapPicture) -> Ring | None:
         if self._chosen is None or self._subject is None:
             return None
         archive, number = self._chosen

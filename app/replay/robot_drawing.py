@@ -16,11 +16,15 @@ from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
 from engine.tasks.walls import Wall
 from viz import theme
-from viz.robot.drawn_replay import DrawnReplay
-from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
+from viz.robot.geometry import (
+    ROD_DRAWN_RADIUS,
+    TARGET_HEIGHT,
+    TARGET_RADIUS,
+    Drawing,
+    DrawnReplay,
+    RobotGeometry,
+)
 
-TARGET_RADIUS = 0.02
-TARGET_HEIGHT = 0.06
 WALL_OPACITY = 0.22
 BOX_EDGES = np.array(
     [

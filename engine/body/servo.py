@@ -22,7 +22,7 @@ def _load_table() -> np.ndarray:
 TARGET_LENGTHS: Final = _load_table()
 """(181, 5) target lengths of the internal cables, in metres, at commands 0, 1, ... 180 degrees.
 
-The order is that of ``tensegrity.SERVO_NODES``; the values are the published actuator model's.
+The order is that of ``module.SERVO_NODES``; the values are the published actuator model's.
 """
 
 

@@ -1,5 +1,16 @@
-"""The physical numbers and the geometry of one robot: materials, cables, rods, masses, net, parts, firmware.
+"""A body as parts, lists and firmware: genes and SI figures go in, tables and files come out.
 
 Whatever the simulation knows comes from the robot's model; whatever it does not know comes from a
-materials file. Every number says which of the two it is (``quantity.Source``).
+materials file. Every number says which of the two it is (``materials.Source``). The build sheet, which
+shows all this on paper, is ``viz.build_sheet``; the whole folder that a person takes away is put
+together by ``app.downloads.robot_folder``. Read in this order; nothing imports what stands below it:
+
+- ``materials/``: what the robot is built from, read from a TOML file or a preset.
+- ``dimensions/``: the figures that it is made by: lengths, sections, tensions, turns, cut lists.
+- ``parts/``: the shapes of its parts, as meshes, drawings and one scene.
+- ``bill_of_materials``: every part with its quantity, size and mass.
+- ``mass_balance``: simulated against built mass, and the ballast that makes up for the difference.
+- ``buildability``: why a robot cannot be made or would not work as asked, and what would.
+- ``firmware``: the controller as an Arduino sketch.
+- ``folder``: all files to cut, print and buy from, by name.
 """

@@ -1,6 +1,6 @@
-"""What a robot is made of, with two masses for everything: the simulation's and that of what is built.
+"""What a robot is made of: every part with its quantity, size and mass, and what the robot weighs in all.
 
-Masses are those of the real robot, not the scaled ones of the simulation.
+Masses are real ones, in the simulation's total too: there every inertia is scaled, here none is.
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ from typing import Final
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.fabrication.cables import KNOT_ALLOWANCE, design_cables
-from engine.fabrication.materials import Materials, load_materials
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.rods import rods, stock_plan
-from engine.fabrication.servo_parts import drum_errors, groove_radii
-from engine.fabrication.sources import Source
+from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, design_cables
+from engine.fabrication.dimensions.cut_lists import rods, stock_plan
+from engine.fabrication.materials import Materials, Source, load_materials
+from engine.fabrication.parts.printed_parts import printed_parts
+from engine.fabrication.parts.servo_parts import drum_errors, groove_radii
 from engine.files import csv_text
 
 COLUMNS: Final = (
@@ -89,11 +88,6 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
             ),
         )
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
-
-
-def total_mass(morphology: Morphology) -> float:
-    """Return the simulated mass of a robot, in kg."""
-    return simulated_mass(morphology)
 
 
 def bill_of_materials(morphology: Morphology, materials: Materials | None = None) -> str:

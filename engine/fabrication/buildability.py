@@ -1,4 +1,4 @@
-"""Everything about a robot that cannot be made or would not work as asked, with what would."""
+"""Every reason why a robot cannot be made or would not work as asked, and what would."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from typing import Final
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.assembly import servo_clearance
-from engine.fabrication.cables import Problem, cable_problems, design_cables
+from engine.fabrication.dimensions.cable_problems import Problem, cable_problems
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import LAYOUTS, lay_out
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.servo_parts import required_torque
+from engine.fabrication.parts.assembly import servo_clearance
+from engine.fabrication.parts.net import LAYOUTS, lay_out
+from engine.fabrication.parts.printed_parts import printed_parts
+from engine.fabrication.parts.servo_parts import required_torque
 
 LEAST_GAP: Final = 0.5
 """Between a servo and the module's other rods, in mm."""

@@ -1,25 +1,24 @@
-"""All fabrication files of a robot by name, ready for its folder."""
+"""All files to make a robot from, by their names in its folder."""
 
 from __future__ import annotations
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.assembly import robot_glb
 from engine.fabrication.bill_of_materials import bill_of_materials
-from engine.fabrication.cables import design_cables
-from engine.fabrication.cut_lists import cables
-from engine.fabrication.joints import joints, orientations
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.cut_lists import cables, rods
+from engine.fabrication.dimensions.joints import joints, orientations
 from engine.fabrication.materials import Materials
-from engine.fabrication.mesh_files import stl_bytes, threemf_bytes
-from engine.fabrication.net import module_net
-from engine.fabrication.net_files import dxf_bytes, svg_bytes
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.rods import rods
+from engine.fabrication.parts.assembly import robot_glb
+from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
+from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.net_files import dxf_bytes, svg_bytes
+from engine.fabrication.parts.printed_parts import printed_parts
 from engine.files import csv_text
 
 
 def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str, bytes]:
-    """Return the content of every file to cut, print and buy from; equal robots give equal bytes.
+    """Return name and content of every file to cut, print and buy from; equal robots give equal bytes.
 
     ``parts/NAME.stl`` and ``parts/NAME.3mf`` (mm), ``net/NAME.dxf`` and ``net/NAME.svg`` (1:1, mm),
     ``robot.glb`` (metres), ``bill_of_materials.csv``, ``cables.csv``, ``rods.csv``, ``joints.csv``.

@@ -10,7 +10,7 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import GROUPS, Part, parts
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import servo_rod_centre_of_mass
+from engine.fabrication.parts.servo_parts import servo_rod_centre_of_mass
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

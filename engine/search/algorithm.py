@@ -1,4 +1,4 @@
-"""The contract between an algorithm and whoever runs it."""
+"""The contract between a search algorithm and the loop that runs it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import abc
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from engine.search.archive import GridArchive
+from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.simulation.evaluation import Evaluation, Solution
 
@@ -14,14 +14,8 @@ Recall = Callable[[set[int]], Mapping[int, Evaluation]]
 """Looks up evaluations of a run by their numbers; raises RunFileError if one does not exist."""
 
 
-class Algorithm(abc.ABC):
-    """A quality-diversity algorithm that neither evaluates nor stores.
-
-    ``ask`` and ``tell`` alternate: one pair of calls is one generation. An algorithm with an overlap may be
-    asked for more generations before the oldest is told; they are told in the order of asking. ``state``
-    after a ``tell``, together with the archives' contents and the run's evaluations, is all that
-    ``restore`` needs to go on identically.
-    """
+class Snapshot(Protocol):
+    """What a generation leaves behind, to be stored."""
 
     @property
     @abc.abstractmethod
@@ -36,6 +30,25 @@ class Algorithm(abc.ABC):
     @abc.abstractmethod
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of an archive as they are now."""
+
+    @abc.abstractmethod
+    def state(self) -> dict[str, Any]:
+        """Return the JSON-ready state at the end of a generation, archives' elites excluded.
+
+        It is stored anew after every generation, so it should be small: evaluations as their numbers.
+        Where cells hold more than their elite, ``members`` has them: by archive and by cell, written
+        like ``3,7``, the numbers of all individuals.
+        """
+
+
+class Algorithm(Snapshot, abc.ABC):
+    """A quality-diversity algorithm that neither evaluates nor stores; a ``Snapshot`` after every ``tell``.
+
+    ``ask`` and ``tell`` alternate: one pair of calls is one generation. An algorithm with an overlap may be
+    asked for more generations before the oldest is told; they are told in the order of asking. ``state``
+    after a ``tell``, together with the archives' contents and the run's evaluations, is all that
+    ``restore`` needs to go on identically.
+    """
 
     @property
     def outstanding(self) -> tuple[tuple[Solution, ...], ...]:
@@ -55,19 +68,10 @@ class Algorithm(abc.ABC):
         """
 
     @abc.abstractmethod
-    def state(self) -> dict[str, Any]:
-        """Return the JSON-ready state at the end of a generation, archives' elites excluded.
-
-        It is stored anew after every generation, so it should be small: evaluations as their numbers.
-        Where cells hold more than their elite, ``members`` has them: by archive and by cell, written
-        like ``3,7``, the numbers of all individuals.
-        """
-
-    @abc.abstractmethod
     def restore(
         self,
         state: dict[str, Any],
-        contents: Mapping[str, Mapping[tuple[int, ...], Evaluation]],
+        contents: Mapping[str, Mapping[Cell, Evaluation]],
         recall: Recall,
     ) -> None:
         """Go back to the end of a generation.
@@ -77,25 +81,3 @@ class Algorithm(abc.ABC):
             contents: the archives' elites then, by archive and cell.
             recall: looks up other evaluations that the state speaks of.
         """
-
-
-class Snapshot(Protocol):
-    """What a generation leaves behind; every algorithm is one after its ``tell``."""
-
-    @property
-    def generation(self) -> int:
-        """Number of completed generations."""
-        ...
-
-    @property
-    def archives(self) -> Mapping[str, GridArchive]:
-        """The archives by name."""
-        ...
-
-    def axes(self, archive: str) -> tuple[Axis, ...]:
-        """Describe the axes of an archive as they are now."""
-        ...
-
-    def state(self) -> dict[str, Any]:
-        """Return the JSON-ready state at the end of a generation, archives excluded."""
-        ...

@@ -1,7 +1,7 @@
 """ViE-NEAT (Zardini et al., GECCO 2021, algorithm 1): bodies and controllers as two populations.
 
 Bodies evolve by Viability Evolution (``viability``), controllers by NEAT (``neat_population``). They meet
-only when they are evaluated, in random pairs (``pairing``). What the paper leaves open:
+only when they are evaluated, in random pairs. What the paper leaves open:
 
 - **Who is tried.** The bodies and the controllers that have no fitness yet: in generation 0 all founders
   and all first controllers, later the mutants and the controllers that are no elites. Everybody of them is

@@ -64,11 +64,15 @@ def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray
     all turns about the chain's axis this one leaves the reference robots' modules at the published
     heights.
     """
+    return _placements(morphology.faces)
+
+
+def _placements(faces: Sequence[int]) -> list[tuple[Rotation, np.ndarray]]:
     up = np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
     level = Rotation.from_matrix(np.stack([t.CHAIN_AXIS, np.cross(up, t.CHAIN_AXIS), up]))
     half_turn = Rotation.from_rotvec(np.pi * t.CHAIN_AXIS)
     placements = []
-    for i, face in enumerate(morphology.faces):
+    for i, face in enumerate(faces):
         turn = t.FACE_TURN[face]
         if i % 2:
             turn = half_turn * turn
@@ -84,9 +88,25 @@ def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True
     cables and their actuators ``m{module}_servo_{node}``; the control of an actuator is the target
     length of its cable in metres.
     """
+    return chain_spec(morphology.stiffness_levels, morphology.faces, physics=physics, gravity=gravity)
+
+
+def chain_spec(
+    levels: Sequence[int], faces: Sequence[int], *, physics: Physics, gravity: bool = True
+) -> mujoco.MjSpec:
+    """Describe a chain of modules on the ground plane: a robot, or a single module.
+
+    Args:
+        levels: per module its stiffness level, 1 to 10.
+        faces: per module the face, 1 to 8, that the next module attaches to.
+        physics: how it is simulated.
+        gravity: whether there is any.
+
+    Returns:
+        What ``build_spec`` does, with the same names.
+    """
     spec = mujoco.MjSpec()
-    levels = sorted(set(morphology.stiffness_levels))
-    spec.modelname = f"tsmr_{morphology.n_modules}x{'_'.join(map(str, levels))}"
+    spec.modelname = f"tsmr_{len(faces)}x{'_'.join(map(str, sorted(set(levels))))}"
     _set_options(spec, physics, gravity)
     contact = spec.default.geom
     contact.friction = [physics.friction, 0.005, 0.0001]
@@ -94,10 +114,10 @@ def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
     rods = _Rods(spec)
-    for i, (turn, centre) in enumerate(module_placements(morphology)):
-        _add_module(rods, i, turn, centre, morphology.stiffnesses[i], physics)
-    for i in range(morphology.n_modules - 1):
-        _add_joint(rods, i, morphology)
+    for i, (turn, centre) in enumerate(_placements(faces)):
+        _add_module(rods, i, turn, centre, levels[i] / t.N_STIFFNESS_LEVELS, physics)
+    for i in range(len(faces) - 1):
+        _add_joint(rods, i, faces)
     return spec
 
 
@@ -250,10 +270,10 @@ def _add_cables(rods: _Rods, i: int, stiffness: float) -> None:
         )
 
 
-def _add_joint(rods: _Rods, i: int, morphology: Morphology) -> None:
+def _add_joint(rods: _Rods, i: int, faces: Sequence[int]) -> None:
     spec = rods.spec
-    face = t.FACES[morphology.faces[i]]
-    opposite = t.FACES[t.OPPOSITE_FACE[morphology.faces[i + 1]]]
+    face = t.FACES[faces[i]]
+    opposite = t.FACES[t.OPPOSITE_FACE[faces[i + 1]]]
     for k, (p, q) in enumerate(t.JOINT_ORDER):
         a, b = face[p], opposite[q]
         link = spec.add_tendon(

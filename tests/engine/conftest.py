@@ -1,4 +1,4 @@
-"""Fixtures of the engine's tests; what tests build for themselves is in ``made_up.py`` beside it."""
+"""Fixtures of the engine's tests; what tests build for themselves is in ``tests/support/made_up.py``."""
 
 import pytest
 

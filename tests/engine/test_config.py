@@ -198,20 +198,21 @@ def test_steps_of_next_to_nothing_are_refused(field, value):
 
 
 @pytest.mark.parametrize(
-    "changes",
+    ("changes", "reason"),
     [
-        {"evaluations": 1, "initial": 1},
-        {"evaluations": 10, "initial": 11},
-        {"batch_size": 5},
-        {"refit_generations": (5,)},
-        {"seed": -1},
-        {"seed": 2**32},
-        {"task": "flying"},
-        {"trials": TrialConfig(trial_time=1.995)},
-        {"trials": TrialConfig(settle_time=0.03)},
+        ({"evaluations": 1, "initial": 1}, "evaluations must be at least 2"),
+        ({"evaluations": 10, "initial": 11}, r"initial \(11\)"),
+        ({"batch_size": 5}, "batch_size must be an even number"),
+        ({"refit_generations": (5,)}, "refit_generations must include 0"),
+        ({"seed": -1}, "seed must be"),
+        ({"seed": 2**32}, "seed must be"),
+        ({"task": "flying"}, "unknown task 'flying'"),
+        # its last second would end within a control period
+        ({"trials": TrialConfig(trial_time=1.995)}, "trial_time"),
+        ({"trials": TrialConfig(settle_time=0.03)}, "settle_time"),
     ],
     ids=str,
 )
-def test_contradictions_are_refused(changes):
-    with pytest.raises(InvalidData):
+def test_contradictions_are_refused(changes, reason):
+    with pytest.raises(InvalidData, match=reason):
         replaced(RunConfig(), **changes)

@@ -34,7 +34,7 @@ def note(text: str) -> Paragraph:
 
 
 def warning(text: str) -> Paragraph:
-    """Return a paragraph that nobody overlooks."""
+    """Return a paragraph that stands out."""
     return Paragraph(text, style.WARNING)
 
 
@@ -47,7 +47,7 @@ def bullets(items: Sequence[str], numbered: bool = False) -> list[Paragraph]:
 
 
 def gap(height: float = 6.0) -> Spacer:
-    """Return some room."""
+    """Return empty room of a height in points."""
     return Spacer(1, height)
 
 
@@ -80,7 +80,7 @@ class Grid(Table):
             layout.too_narrow += self.too_narrow
 
     def onSplit(self, part: Grid, byRow: int = 1) -> None:  # noqa: N802, N803, ARG002
-        """Pass on to a part, on a page of its own, what is known of the table."""
+        """Tell a part of it, on another page, what is known of the whole."""
         part.too_narrow = self.too_narrow
 
 
@@ -101,10 +101,10 @@ def grid(
         widths: of the columns, in points.
         right: columns set flush right, for figures.
         total: whether the last row is a sum.
-        marked: rows to put in front of a coloured band, such as what needs attention.
+        marked: rows with a coloured ground, such as what needs attention.
     """
     data: list[list[Paragraph]] = []
-    grid_notes: list[str] = []
+    too_narrow: list[str] = []
 
     def cell(text: str, column: int, head: bool, bold: bool = False) -> Paragraph:
         aligned = column in right
@@ -112,7 +112,7 @@ def grid(
         look = look or (style.CELL_RIGHT if aligned else style.CELL)
         paragraph = Paragraph(text, look)
         if paragraph.minWidth() > widths[column] - 2 * PADDING + 0.1:
-            grid_notes.append(text)
+            too_narrow.append(text)
         return paragraph
 
     if header:
@@ -138,7 +138,7 @@ def grid(
         look.append(("LINEABOVE", (0, -1), (-1, -1), 0.8, style.SOFT))
     look += [("BACKGROUND", (0, r + first), (-1, r + first), style.WARN_BAND) for r in marked]
     table = Grid(data, colWidths=list(widths), repeatRows=first, hAlign="LEFT", style=TableStyle(look))
-    table.too_narrow = tuple(grid_notes)
+    table.too_narrow = tuple(too_narrow)
     return table
 
 
@@ -146,6 +146,22 @@ def columns(width: float, *parts: float) -> list[float]:
     """Return widths that share a width in proportion."""
     whole = sum(parts)
     return [width * p / whole for p in parts]
+
+
+def in_pairs(pictures: Sequence[Flowable], width: float, above: float) -> Table:
+    """Return pictures in rows of two.
+
+    Args:
+        pictures: at least one.
+        width: of a row, in points.
+        above: room above each row, in points.
+    """
+    rows = [[*pictures[k : k + 2], ""][:2] for k in range(0, len(pictures), 2)]
+    look = [
+        *[(f"{side}PADDING", (0, 0), (-1, -1), 0) for side in ("LEFT", "RIGHT")],
+        ("TOPPADDING", (0, 0), (-1, -1), above),
+    ]
+    return Table(rows, colWidths=[width / 2] * 2, hAlign="LEFT", style=TableStyle(look))
 
 
 def beside(left: Any, right: Any, widths: Sequence[float], align: Literal["TOP", "MIDDLE"] = "TOP") -> Table:

@@ -18,7 +18,7 @@ from viz.build_sheet.style import Paper
 
 
 @dataclasses.dataclass(slots=True)
-class Layout:
+class PageLayout:
     """Where things are on the pages of a sheet, for tests to look at.
 
     Attributes:
@@ -38,7 +38,7 @@ class Layout:
 
 def typeset(
     story: Sequence[Flowable], *, paper: Paper, title: str, running: str, date: str
-) -> tuple[bytes, Layout]:
+) -> tuple[bytes, PageLayout]:
     """Return a PDF and where everything is on it.
 
     Args:
@@ -49,7 +49,7 @@ def typeset(
         date: of the run, at the foot of every page.
     """
     left, bottom = style.MARGIN, style.MARGIN + style.FOOTER
-    layout = Layout(Box(0, left, bottom, left + paper.inner_width, bottom + paper.inner_height, "frame"))
+    layout = PageLayout(Box(0, left, bottom, left + paper.inner_width, bottom + paper.inner_height, "frame"))
     buffer = io.BytesIO()
     document = BaseDocTemplate(
         buffer,
@@ -112,7 +112,7 @@ class _NumberedCanvas(Canvas):
         super().__init__(*arguments, **more)
         self._pages: list[dict[str, Any]] = []
 
-    def describe(self, paper: Paper, running: str, footing: str, layout: Layout) -> None:
+    def describe(self, paper: Paper, running: str, footing: str, layout: PageLayout) -> None:
         """Say what every page shows, and where to keep what was drawn."""
         self._paper, self._running, self._footing = paper, running, footing
         self.layout = layout

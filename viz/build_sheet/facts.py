@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import re
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -14,22 +15,21 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.export import Trial
-from engine.fabrication.joints import joints
-from engine.identity import robot_hash, robot_id
+from engine.export import Trial, robot_hash, robot_id
+from engine.fabrication.dimensions.joints import Joint, joints
 from engine.search.archive import Cell, cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
 from engine.tasks import Task, get_task
-from viz.build_sheet.bodies import Body
+from viz.robot.skeleton import Skeleton
 
 MODULE_MASS: Final = t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS
 """What a module weighs in the simulation, in kg."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class ArchivePlace:
     """Where in a run a robot was found: an archive and a cell of it."""
 
     archive: str
@@ -52,13 +52,13 @@ class Facts:
         config: of the run.
         evaluation: of the robot.
         trial: one of its trials, simulated again.
-        robust: what evaluating the run's elites again has shown, if anybody did.
-        versions: that the run was made with.
+        robust: what evaluating the run's elites again has shown; None if that was not done.
+        versions: of the programs that the run was made with.
     """
 
     run_name: str
     date: str
-    place: Place | None
+    place: ArchivePlace | None
     config: RunConfig
     evaluation: Evaluation
     trial: Trial
@@ -79,6 +79,11 @@ class Facts:
     def task(self) -> Task:
         """What the robot is asked to do."""
         return get_task(self.config.task)
+
+    @property
+    def where(self) -> str:
+        """For people: where in its run the robot is."""
+        return self.place.name if self.place else f"evaluation {self.evaluation.solution.number}"
 
     @property
     def robot_id(self) -> str:
@@ -102,9 +107,28 @@ class Facts:
         return self.morphology.n_modules * MODULE_MASS
 
     @property
-    def body(self) -> Body:
+    def joints(self) -> tuple[Joint, ...]:
+        """How each module is joined to the next one."""
+        return joints(self.morphology)
+
+    @property
+    def body(self) -> Skeleton:
         """The robot settled on the ground, as simulated."""
-        return Body.settled(self.morphology, self.trial.pose)
+        return Skeleton.settled(self.trial.pose)
+
+    @property
+    def levelled(self) -> Skeleton:
+        """The same, turned about the vertical and moved over the origin: it points along x, its head first.
+
+        The direction is that from the centre of the module at one end to that at the other.
+        """
+        body = self.body
+        centres = body.centres
+        along = (centres[-1] - centres[0])[:2]
+        along = along / np.linalg.norm(along) * (1.0 if self.head.is_end else -1.0)
+        turn = np.array([[along[0], along[1], 0.0], [-along[1], along[0], 0.0], [0.0, 0.0, 1.0]])
+        middle = np.append(centres.mean(axis=0)[:2], 0.0)
+        return body.moved(lambda points: (points - middle) @ turn.T)
 
     @property
     def link(self) -> str:
@@ -122,32 +146,29 @@ class Facts:
     @property
     def link_gaps(self) -> tuple[float, float]:
         """Least and largest distance of joined nodes in m, settled: links yield to what pulls at them."""
-        nodes = self.body.nodes
-        gaps = [
-            float(np.linalg.norm(nodes[j.module, a] - nodes[j.module + 1, b]))
-            for j in joints(self.morphology)
-            for a, b in j.node_pairs
-        ]
-        return min(gaps), max(gaps)
+        ends = links(self.body, self.joints)
+        gaps = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
+        return float(gaps.min()), float(gaps.max())
+
+    def module_name(self, i: int) -> str:
+        """Return a module's number for people; it says which module is the head."""
+        return f"{i} (head)" if i == self.head.module else str(i)
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners (3,) of the box round the settled robot, in m, along the axes of ``level``."""
-        points = self.level(self.body.nodes.reshape(-1, 3))
+        """Return the corners (3,) of the box round the levelled robot, in m."""
+        points = self.levelled.nodes.reshape(-1, 3)
         return points.min(axis=0) - t.ROD_RADIUS, points.max(axis=0) + t.ROD_RADIUS
 
-    def level(self, points: np.ndarray) -> np.ndarray:
-        """Turn points (..., 3) in m about the vertical so that the robot points along x, its head first.
 
-        The direction is that from the centre of the module at one end to that at the other.
-        """
-        centres = self.body.nodes.mean(axis=1)
-        along = (centres[-1] - centres[0])[:2]
-        along = along / np.linalg.norm(along) * (1.0 if self.head.is_end else -1.0)
-        turn = np.array([[along[0], along[1], 0.0], [-along[1], along[0], 0.0], [0.0, 0.0, 1.0]])
-        return (points - np.append(centres.mean(axis=0)[:2], 0.0)) @ turn.T
+def links(body: Skeleton, joints: Sequence[Joint]) -> np.ndarray:
+    """Return the (3 (M - 1), 2, 3) ends of the links between modules, in m."""
+    ends = [(body.nodes[j.module, a], body.nodes[j.module + 1, b]) for j in joints for a, b in j.node_pairs]
+    return np.array(ends).reshape(-1, 2, 3)
 
 
-def gather(reader: RunReader, evaluation: Evaluation, trial: Trial, place: Place | None = None) -> Facts:
+def gather(
+    reader: RunReader, evaluation: Evaluation, trial: Trial, place: ArchivePlace | None = None
+) -> Facts:
     """Collect what a build sheet is about.
 
     Args:

@@ -19,7 +19,7 @@ LABEL_SIZE: Final = 8.0
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Box:
-    """Where something is on a page, in points from the lower left corner; what it is."""
+    """A place on a page, in points from the lower left corner, and what lies there."""
 
     page: int
     x0: float
@@ -126,7 +126,7 @@ class Pen:
     def _ink(
         self, stroke: Color | None, fill: Color | None, width: float, dash: tuple[float, ...] = ()
     ) -> dict[str, int]:
-        """Take up colours and line; return what a shape of the canvas needs to be told of them."""
+        """Set colours and line; return the arguments that say which of them a shape of the canvas has."""
         if stroke is not None:
             self.canvas.setStrokeColor(stroke)
         if fill is not None:

@@ -24,13 +24,12 @@ _SHADES: Final = ((1.0, -0.45), (0.82, 0.0), (0.42, 0.3), (0.14, 0.6))
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tube:
-    """A straight tube: ends (3,) and radius in m, its colour; a flat one has no shading."""
+    """A straight tube: ends (3,) and radius in m, its colour."""
 
     start: np.ndarray
     end: np.ndarray
     radius: float
     color: Color
-    flat: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ class Ball:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Camera:
+class OrthographicCamera:
     """Looks at a scene from infinitely far away.
 
     Attributes:
@@ -54,7 +53,7 @@ class Camera:
     up: np.ndarray
 
     @classmethod
-    def looking(cls, azimuth: float, elevation: float) -> Camera:
+    def looking(cls, azimuth: float, elevation: float) -> OrthographicCamera:
         """Look at the origin from a direction, both in degrees: azimuth 0 looks along +y, 90 along -x."""
         a, e = math.radians(azimuth), math.radians(elevation)
         right = np.array([math.cos(a), math.sin(a), 0.0])
@@ -71,7 +70,7 @@ class Camera:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class View:
+class SceneView:
     """A camera and where its picture goes on the paper.
 
     Attributes:
@@ -80,18 +79,18 @@ class View:
         origin: (2,) where the world's origin appears, in points.
     """
 
-    camera: Camera
+    camera: OrthographicCamera
     scale: float
     origin: np.ndarray
 
     @classmethod
     def fitting(
         cls,
-        camera: Camera,
+        camera: OrthographicCamera,
         points: np.ndarray,
         box: tuple[float, float, float, float],
         largest: float = math.inf,
-    ) -> View:
+    ) -> SceneView:
         """Return the view that shows points (n, 3) in the middle of a box, as large as they fit.
 
         Args:
@@ -113,7 +112,9 @@ class View:
         return float(x), float(y)
 
 
-def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence[float]) -> Camera:
+def clearest(
+    points: np.ndarray, azimuths: Sequence[float], elevations: Sequence[float]
+) -> OrthographicCamera:
     """Return the camera in whose picture the two nearest of some points (n, 3) are farthest apart.
 
     Args:
@@ -122,16 +123,16 @@ def clearest(points: np.ndarray, azimuths: Sequence[float], elevations: Sequence
         elevations: likewise.
     """
 
-    def nearest(camera: Camera) -> float:
+    def nearest(camera: OrthographicCamera) -> float:
         seen = camera.flat(points)
         apart = np.linalg.norm(seen[:, None] - seen[None], axis=-1)
         return float(apart[np.triu_indices(len(seen), 1)].min())
 
-    cameras = [Camera.looking(a, e) for a in azimuths for e in elevations]
+    cameras = [OrthographicCamera.looking(a, e) for a in azimuths for e in elevations]
     return max(cameras, key=nearest)
 
 
-def paint(pen: Pen, view: View, things: list[Tube | Ball], *, thinnest: float = 0.5) -> None:
+def paint(pen: Pen, view: SceneView, things: list[Tube | Ball], *, thinnest: float = 0.5) -> None:
     """Paint tubes and balls, those behind first.
 
     Args:
@@ -178,7 +179,7 @@ def _tube(pen: Pen, start: list[float], end: list[float], width: float, tube: Tu
     over = min(0.4, length / 2) / length if length > 1e-6 else 0.0
     dx, dy = over * along[0], over * along[1]
     long = (start[0] - dx, start[1] - dy), (end[0] + dx, end[1] + dy)
-    if tube.flat or width < 1.2:
+    if width < 1.2:
         pen.line(*long, color=_shaded(tube.color, 0.0, haze), width=width)
         return
     shades = _SHADES if width > 2.6 else _SHADES[:2]

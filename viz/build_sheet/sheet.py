@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from reportlab.platypus import Flowable, PageBreak
 
-from engine.fabrication.firmware import pin_map
 from engine.fabrication.materials import Materials
 from viz.build_sheet import style
-from viz.build_sheet.document import Layout, typeset
+from viz.build_sheet.document import PageLayout, typeset
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.sections import (
     assembly,
+    bill_of_materials,
     checks,
+    cut_list,
     drawings,
     joining,
-    materials_list,
-    nets,
-    parts,
+    net,
     performance,
+    shopping,
     sources,
     title,
     wiring,
@@ -25,7 +25,7 @@ from viz.build_sheet.sections import (
 from viz.build_sheet.style import PaperName
 
 
-def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> tuple[bytes, Layout]:
+def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> tuple[bytes, PageLayout]:
     """Return a robot's build sheet as a PDF, and where everything is on its pages.
 
     Equal arguments give equal bytes.
@@ -36,16 +36,20 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         paper: to print on.
     """
     sheet = style.PAPERS[paper]
-    pins = pin_map(facts.morphology.n_modules)
+    # each begins on a page of its own
     sections = (
         title.pages(facts, sheet),
         performance.pages(facts, sheet),
         drawings.pages(facts, sheet),
-        [*materials_list.pages(facts, materials, sheet), *parts.pages(facts, materials, sheet)],
-        nets.pages(facts, materials, sheet),
+        [
+            *shopping.pages(facts, materials, sheet),
+            *bill_of_materials.pages(facts, materials, sheet),
+            *cut_list.pages(facts, materials, sheet),
+        ],
+        net.pages(facts, materials, sheet),
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),
-        wiring.pages(facts, materials, pins, sheet),
+        wiring.pages(facts, materials, sheet),
         [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
     story: list[Flowable] = []
@@ -53,11 +57,10 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         if story:
             story.append(PageBreak())
         story += section
-    where = facts.place.name if facts.place else f"evaluation {facts.evaluation.solution.number}"
     return typeset(
         story,
         paper=sheet,
         title=f"Build sheet of robot {facts.robot_id}",
-        running=f"Robot {facts.robot_id} · run {facts.run_name} · {where}",
+        running=f"Robot {facts.robot_id} · run {facts.run_name} · {facts.where}",
         date=f"run of {facts.date}",
     )

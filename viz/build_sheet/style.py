@@ -1,4 +1,4 @@
-"""How build sheets look: paper, fonts, colours and paragraph styles."""
+"""How build sheets look: paper, fonts, colours, paragraph styles; how texts and numbers are written."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import html
 import re
+from collections.abc import Sequence
 from typing import Final, Literal
 
 from reportlab.lib.colors import Color, HexColor
@@ -101,7 +102,7 @@ def printable(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text of the user's for a paragraph: its markup shown, not followed."""
+    """Return a user's text for a paragraph: what looks like markup in it is shown as it is."""
     return html.escape(printable(re.sub(r"\bmm2\b", "mm²", text)), quote=False)
 
 
@@ -117,3 +118,14 @@ def signed(value: float, decimals: int) -> str:
     if float(text) == 0.0:
         return text.removeprefix("-")
     return text.replace("-", "\N{MINUS SIGN}")
+
+
+def module_names(modules: Sequence[int]) -> str:
+    """Return numbers of modules, runs of them shortened: ``0 to 4, 6``."""
+    runs: list[list[int]] = []
+    for m in modules:
+        if runs and m == runs[-1][-1] + 1:
+            runs[-1].append(m)
+        else:
+            runs.append([m])
+    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)

@@ -1,4 +1,4 @@
-"""What the axes of an archive mean to people."""
+"""How the axes of an archive are labelled."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ TITLES: Final = {
 }
 STIFFNESS_UNIT: Final = "N/m"
 MAX_CENTRES: Final = 12
-"""Cells that are labelled along an axis of the body."""
+"""Most labels along an axis of the body."""
 MAX_BOUNDS: Final = 6
-"""Bounds of cells that are labelled along an axis of the trajectory."""
+"""Most labels along an axis of the trajectory, at bounds of cells."""
 
 
 def title(axis: Axis) -> str:
@@ -35,8 +35,8 @@ def value(axis: Axis, index: int) -> str:
 def ticks(axis: Axis) -> list[tuple[float, str]]:
     """Return the labels of an axis with their places in cells, from its lower end.
 
-    Every cell of a body's axis stands for one value and is labelled at its centre; elsewhere some of the
-    cells' bounds are, the axis's own two among them.
+    A cell of a body's axis stands for one value and is labelled at its centre. Along another axis some of the
+    cells' bounds are labelled, with the axis's own two.
     """
     if is_body([axis]):
         return [(i + 0.5, value(axis, i)) for i in range(0, axis.n, -(-axis.n // MAX_CENTRES))]
@@ -58,7 +58,7 @@ def describe(axes: Sequence[Axis], cell: Cell) -> str:
 
 
 def family(axes: Sequence[Axis]) -> str | None:
-    """Return which of the two maps of the method some axes belong to, if to one."""
+    """Return which of the method's two maps has these axes, None if neither has."""
     if is_body(axes):
         return "morphology"
     return "controller" if len(trajectory_axes(axes)) == len(axes) else None
@@ -84,6 +84,6 @@ def _bound(axis: Axis, index: int) -> str:
 
 
 def _signed(number: float, digits: int) -> str:
-    """Return a number without the sign of a zero."""
+    """Return a number as text; a zero has no sign."""
     text = f"{number:.{digits}f}"
     return text.lstrip("-") if float(text) == 0 else text

@@ -1,7 +1,7 @@
 """What a map's colours stand for: the fitness, the age of an elite, how often its cell was tried.
 
-Another quantity needs no more than a function from axes and elites to ``values``: see ``by_number`` for
-one that is known by evaluation.
+To colour by another quantity, write a function from axes and elites to ``values``: see ``by_number`` for a
+quantity that is known by evaluation.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from engine.search.archive import Cell
 from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.maps import axis_labels as axis_text
-from viz.maps.contents import Elite
+from viz.maps import axis_labels
+from viz.maps.contents import ShownElite
 from viz.maps.scale import Scale, count_scale, fitness_scale
 
 Values = Mapping[Cell, float]
@@ -27,14 +27,14 @@ class Coloring:
     """A quantity that a map is coloured by.
 
     Attributes:
-        values: from the axes of a map and the elites that it shows to the quantity, by cell. Cells
-            without a value are grey; with none at all the map keeps the colours of the fitness.
-        scale: from all values shown to the scale.
-        hint: line that a value adds to hover cards, or None if they have it anyway.
+        values: takes the axes of a map and the elites that it shows, returns the quantity by cell. Cells
+            without a value are grey; a map without any value keeps the colours of the fitness.
+        scale: takes all values shown, returns the scale.
+        hint: returns the line that a value adds to hover cards; None if they show the value anyway.
         lengths: whether the values are fitnesses in cm, which can share a scale.
     """
 
-    values: Callable[[Sequence[Axis], Mapping[Cell, Elite]], Values]
+    values: Callable[[Sequence[Axis], Mapping[Cell, ShownElite]], Values]
     scale: Callable[[Collection[float]], Scale]
     hint: Callable[[float], str] | None = None
     lengths: bool = False
@@ -50,7 +50,7 @@ AGE: Final = Coloring(
 
 
 def by_number(values: Mapping[int, float], title: str) -> Coloring:
-    """Return a colouring by a fitness in cm, by number of the evaluation, as far as it is known."""
+    """Return a colouring by fitnesses in cm that are known for some evaluations, by their numbers."""
     return Coloring(
         lambda _, elites: {c: values[e.number] for c, e in elites.items() if e.number in values},
         lambda shown: fitness_scale(shown, title),
@@ -62,15 +62,15 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
 def by_visits(reader: RunReader, generation: int) -> Coloring:
     """Return a colouring by how many evaluations fell into a cell up to a generation.
 
-    It is known where the body decides the cell: elsewhere the cells of earlier evaluations are not kept.
+    The number is known where the body decides the cell: other cells of earlier evaluations are not kept.
 
     Raises:
         RunFileError: the file cannot be read.
     """
     bodies = reader.bodies(generation)
 
-    def values(axes: Sequence[Axis], elites: Mapping[Cell, Elite]) -> Values:
-        if not axis_text.is_body(axes):
+    def values(axes: Sequence[Axis], elites: Mapping[Cell, ShownElite]) -> Values:
+        if not axis_labels.is_body(axes):
             return {}
         counts = dict.fromkeys(elites, 0.0)
         for body, n in bodies.items():
@@ -104,11 +104,11 @@ COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
     "age": lambda *_: AGE,
     "visits": by_visits,
 }
-"""The colourings on offer by what people call them, made from a run and the generation that is shown."""
+"""The colourings on offer, by their names in the app. Each is made from a run and the generation shown."""
 
 
 def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
-    """Return the colourings that a run has what it takes for: after ``reevaluate``, one by robust fitness."""
+    """Return the colourings that a run can offer: after ``reevaluate`` also one by robust fitness."""
     offered = dict(COLORINGS)
     if robust_path(reader.path).exists():
         offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)

@@ -1,4 +1,4 @@
-"""What the archives of a run hold at one of its generations."""
+"""The contents of a run's archives at one of its generations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from engine.tasks import get_task
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Elite:
+class ShownElite:
     """What a map says of a robot: its evaluation's number and generation, its f_s in cm, its body."""
 
     number: int
@@ -43,15 +43,15 @@ class Content:
     Attributes:
         axes: of its cells.
         elites: of its filled cells.
-        coverage: filled cells over all that a robot can lie in; None if those are simply all.
+        coverage: filled cells as a part of those that a robot can lie in; None if it can lie in any.
     """
 
     axes: tuple[Axis, ...]
-    elites: Mapping[Cell, Elite]
+    elites: Mapping[Cell, ShownElite]
     coverage: float | None = None
 
     def cell_of(self, number: int) -> Cell | None:
-        """Return the cell that holds an evaluation, None if it is nowhere an elite."""
+        """Return the cell of an evaluation, None if it is no elite."""
         return next((c for c, e in self.elites.items() if e.number == number), None)
 
 
@@ -66,7 +66,7 @@ def load_contents(reader: RunReader, generation: Generation) -> dict[str, Conten
         name: Content(
             generation.archives[name].axes,
             {
-                cell: Elite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
+                cell: ShownElite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
                 for cell, (n, s) in cells.items()
             },
             generation.archives[name].coverage,

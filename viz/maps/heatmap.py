@@ -9,53 +9,21 @@ from collections.abc import Mapping, Sequence
 
 from engine.search.archive import Cell, cell_name
 from engine.search.axes import Axis
-from viz import theme
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
+from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
 from viz.maps.scale import Scale, bar
 
 CELL_WIDTH = 30
 CELL_HEIGHT = 21
-LEFT = 66
-TOP = 14
 BOTTOM = 34
 BAR_GAP = 12
 BAR_WIDTH = 12
 RIGHT = 40
-WIDTH = 400
-"""Of a map of 9 columns, the usual one: other pictures keep to it, so that their texts match."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Tile:
-    """A filled cell: the lines of its hover card, the number of its evaluation."""
-
-    hint: str
-    number: int
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Ring:
-    """A mark around the cell of the chosen robot.
-
-    Attributes:
-        cell: where the robot lies.
-        linked: whether it was chosen in another archive.
-        covered: whether the cell shows another, better robot.
-    """
-
-    cell: Cell
-    linked: bool = False
-    covered: bool = False
-
-    @property
-    def color(self) -> str:
-        """Its colour."""
-        return theme.LINKED if self.linked else theme.SELECTED
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Heatmap:
-    """What to draw.
+    """A plain map to draw.
 
     Attributes:
         name: of the map; clicks report ``name:i,j``.
@@ -94,10 +62,11 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     x_axis, y_axis = heatmap.axes
     width = LEFT + x_axis.n * CELL_WIDTH + BAR_GAP + BAR_WIDTH + RIGHT
     height = TOP + y_axis.n * CELL_HEIGHT + BOTTOM
-    start = "" if heatmap.start is None else f' data-start="{cell_name(heatmap.start)}"'
-    start += ' data-ring="1"' if heatmap.ring is not None and heatmap.ring.cell in heatmap.tiles else ""
+    ringed = heatmap.ring is not None and heatmap.ring.cell in heatmap.tiles
+    described = attributes(heatmap.name, (CELL_WIDTH, CELL_HEIGHT), heatmap.start)
+    described += ' data-ring="1"' if ringed else ""
     parts = [
-        f'<svg class="ta-map" {accessible(heatmap.name)} viewBox="0 0 {width} {height}"{start}'
+        f'<svg class="ta-map" {described} viewBox="0 0 {width} {height}"'
         f' width="100%" style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
         f' onpointerdown="{on_pointer_down}">',
         "<style>.ta-map .c{cursor:pointer}.ta-map .c:hover rect{stroke:currentColor;stroke-width:1.5;"
@@ -123,37 +92,7 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
 
 
 MARK_STYLE = 'fill="none" stroke="{}" pointer-events="none" style="filter:drop-shadow(0 0 1px #000)"'
-"""Of what marks a cell, by its colour: the shadow sets it off against any cell on any ground."""
-SHARED_STYLE = (
-    ".ta-map{outline-offset:3px;border-radius:4px}.ta-map:focus{outline:none}"
-    f".ta-map:focus-visible{{outline:2px solid rgb{theme.ACCENT}}}"
-    "@keyframes ta-flash{from{fill:#fff;stroke:#fff;stroke-width:3}}"
-    "@media (prefers-reduced-motion:no-preference){.ta-map .f{animation:ta-flash 1.4s ease-out}}"
-)
-"""Of plain and nested maps: the visible focus, and the flash of cells that have just been won."""
-
-
-def accessible(name: str) -> str:
-    """Return the attributes that make a map reachable by keyboard, see ``viz.maps.keyboard``."""
-    return (
-        f'data-map="{html.escape(name)}" tabindex="0" role="application" aria-label="{html.escape(name)} map:'
-        ' arrow keys choose a robot, Enter replays it, Space pauses"'
-    )
-
-
-def text(x: float, y: float, content: str, *, anchor: str = "start", small: bool = False) -> str:
-    """Return a label as SVG; the content is markup."""
-    look = ' fill-opacity="0.75" font-size="10"' if small else ""
-    place = "" if anchor == "start" else f' text-anchor="{anchor}"'
-    return f'<text x="{x:g}" y="{y:g}"{place} fill="currentColor"{look}>{content}</text>'
-
-
-def upright_text(x: float, y: float, content: str) -> str:
-    """Return an axis's title that reads upwards, centred; the content is markup."""
-    return (
-        f'<text transform="translate({x:g} {y:g}) rotate(-90)" text-anchor="middle" fill="currentColor">'
-        f"{content}</text>"
-    )
+"""Attributes of a mark around a cell, but for its colour; the shadow sets it off against any ground."""
 
 
 def _corner(heatmap: Heatmap, cell: Cell) -> tuple[int, int]:
@@ -167,7 +106,7 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
     x, y = _corner(heatmap, cell)
     tile = heatmap.tiles.get(cell)
     if tile is None:
-        look, hint = 'class="e"', f"empty cell\n{axis_text.describe(heatmap.axes, cell)}"
+        look, hint = 'class="e"', f"empty cell\n{axis_labels.describe(heatmap.axes, cell)}"
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
         look += ' class="f"' if cell in heatmap.fresh else ""
@@ -183,9 +122,9 @@ def _x_labels(x_axis: Axis, y_axis: Axis) -> str:
     y = TOP + y_axis.n * CELL_HEIGHT
     ticks = [
         text(LEFT + place * CELL_WIDTH - 0.75, y + 12, label, anchor="middle", small=True)
-        for place, label in axis_text.ticks(x_axis)
+        for place, label in axis_labels.ticks(x_axis)
     ]
-    title = html.escape(axis_text.title(x_axis))
+    title = html.escape(axis_labels.title(x_axis))
     return "".join(ticks) + text(LEFT + x_axis.n * CELL_WIDTH / 2, y + 27, title, anchor="middle")
 
 
@@ -194,11 +133,14 @@ def _y_labels(y_axis: Axis) -> str:
         bottom = TOP + y_axis.n * CELL_HEIGHT + 2.75
         return [text(x, bottom - p * CELL_HEIGHT, t, anchor="end", small=True) for p, t in ticks]
 
-    parts = column(LEFT - 5, axis_text.ticks(y_axis))
-    if stiffness := axis_text.newtons_per_metre(y_axis):
+    parts = column(LEFT - 5, axis_labels.ticks(y_axis))
+    if stiffness := axis_labels.newtons_per_metre(y_axis):
         x = LEFT - 26
-        parts += [*column(x, stiffness), text(x, TOP - 4, axis_text.STIFFNESS_UNIT, anchor="end", small=True)]
-    title = html.escape(axis_text.title(y_axis))
+        parts += [
+            *column(x, stiffness),
+            text(x, TOP - 4, axis_labels.STIFFNESS_UNIT, anchor="end", small=True),
+        ]
+    title = html.escape(axis_labels.title(y_axis))
     return "".join(parts) + upright_text(11, TOP + y_axis.n * CELL_HEIGHT / 2, title)
 
 

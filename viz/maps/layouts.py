@@ -1,4 +1,4 @@
-"""Which maps an archive is shown as. An archive of more than two axes has several ways to be seen."""
+"""Which maps show an archive: one of more than two axes can be shown in several ways."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from engine.search.archive import Cell
 from engine.search.axes import Axis, project, section
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.contents import Content
 
 PROJECTED: Final = "projected"
@@ -18,11 +18,11 @@ NESTED: Final = "nested"
 ONLY: Final = "plain"
 
 Kind = Literal["whole", "projection", "section", "nested"]
-Layout = tuple["View", ...]
+Layout = tuple["MapView", ...]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class View:
+class MapView:
     """One map of an archive.
 
     Attributes:
@@ -30,7 +30,7 @@ class View:
         archive: the archive's name.
         kind: the archive itself; the best along all axes but two; the last two axes within one cell of
             the others; or all axes, maps within a map.
-        axes: the archive's axes that it has.
+        axes: indices of the archive's axes that it shows.
     """
 
     name: str
@@ -46,10 +46,10 @@ class View:
             outer: the cell of the first axes that a section lies within.
         """
         if self.kind == "section" and outer is not None:
-            return f"Within {axis_text.describe(axes[: len(outer)], outer)}"
+            return f"Within {axis_labels.describe(axes[: len(outer)], outer)}"
         archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
         if self.kind == "projection":
-            family = axis_text.family([axes[a] for a in self.axes])
+            family = axis_labels.family([axes[a] for a in self.axes])
             return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
         return archive
 
@@ -62,7 +62,7 @@ class View:
         return {cell: cell for cell in content.elites}
 
     def cell_of(self, cell: Cell, outer: Cell | None) -> Cell | None:
-        """Return where the map has a cell of the archive, None if nowhere."""
+        """Return the map's cell that a cell of the archive lies in, None if it lies in none."""
         if self.kind == "section" and cell[:-2] != outer:
             return None
         return tuple(cell[a] for a in self.axes)
@@ -87,17 +87,17 @@ def layouts(archives: Mapping[str, tuple[Axis, ...]]) -> dict[str, Layout]:
     return {layout: views for layout, views in found.items() if views}
 
 
-def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[View]:
+def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[MapView]:
     if n_axes == 2:
-        return [View(slug, archive, "whole", (0, 1))]
+        return [MapView(slug, archive, "whole", (0, 1))]
     if n_axes not in (3, 4):
         return []
     pairs = ((0, 1), (0, 2)) if n_axes == 3 else ((0, 1), (2, 3))
-    projections = [View(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
-    nested = View(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
+    projections = [MapView(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
+    nested = MapView(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
     if layout == PROJECTED:
         return projections
     if n_axes == 3:
         return [nested]
-    inner = View(f"{slug}-section", archive, "section", (2, 3))
+    inner = MapView(f"{slug}-section", archive, "section", (2, 3))
     return [nested if layout == NESTED else projections[0], inner]

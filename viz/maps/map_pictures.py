@@ -10,15 +10,16 @@ from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz.maps import heatmap, nested
 from viz.maps.coloring import FITNESS, Coloring
-from viz.maps.contents import Content, Elite
-from viz.maps.heatmap import Heatmap, Ring, Tile
-from viz.maps.layouts import View
+from viz.maps.contents import Content, ShownElite
+from viz.maps.heatmap import Heatmap
+from viz.maps.layouts import MapView
+from viz.maps.map_parts import Ring, Tile
 from viz.maps.nested import NestedMap
 from viz.maps.scale import Palette, Scale
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
+class MapPicture:
     """A map to be drawn.
 
     Attributes:
@@ -32,10 +33,10 @@ class Picture:
         fresh: cells that have just been won.
     """
 
-    view: View
+    view: MapView
     axes: tuple[Axis, ...]
     outer: Cell | None
-    elites: Mapping[Cell, Elite]
+    elites: Mapping[Cell, ShownElite]
     sources: Mapping[Cell, Cell]
     title: str
     figures: str
@@ -78,18 +79,18 @@ class Picture:
 class _Shown:
     """A view, what it is of and the elites that it shows."""
 
-    view: View
+    view: MapView
     content: Content
     outer: Cell | None
     sources: Mapping[Cell, Cell]
-    elites: Mapping[Cell, Elite]
+    elites: Mapping[Cell, ShownElite]
 
     @property
     def axes(self) -> tuple[Axis, ...]:
         return tuple(self.content.axes[a] for a in self.view.axes)
 
     @classmethod
-    def of(cls, view: View, content: Content, chosen: int | None) -> _Shown:
+    def of(cls, view: MapView, content: Content, chosen: int | None) -> _Shown:
         outer = outer_cell(content, chosen) if view.kind == "section" else None
         sources = view.cells(content, outer)
         elites = {cell: content.elites[source] for cell, source in sources.items()}
@@ -98,14 +99,14 @@ class _Shown:
 
 def pictures(
     contents: Mapping[str, Content],
-    views: Sequence[View],
+    views: Sequence[MapView],
     coloring: Coloring,
     *,
     chosen: int | None = None,
-    before: Sequence[Picture] = (),
+    before: Sequence[MapPicture] = (),
     palette: Palette = Palette(),  # noqa: B008  it cannot be changed
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
-) -> list[Picture]:
+) -> list[MapPicture]:
     """Return the pictures of some views, all of one scale.
 
     Args:
@@ -134,7 +135,7 @@ def pictures(
     )
     drawn = []
     for s, known in zip(shown, values, strict=True):
-        picture = Picture(
+        picture = MapPicture(
             view=s.view,
             axes=s.axes,
             outer=s.outer,
@@ -151,7 +152,7 @@ def pictures(
 
 
 def outer_cell(content: Content, chosen: int | None) -> Cell | None:
-    """Return the cell of all axes but the last two that a section lies within; None if nobody is there."""
+    """Return the cell of all axes but the last two that a section lies within; None for an empty archive."""
     cell = None if chosen is None else content.cell_of(chosen)
     if cell is None:
         cell = min(content.elites, key=lambda c: (-content.elites[c].f_s, c), default=None)
@@ -159,9 +160,9 @@ def outer_cell(content: Content, chosen: int | None) -> Cell | None:
 
 
 def _values(
-    contents: Mapping[str, Content], coloring: Coloring, views: Sequence[View], chosen: int | None
+    contents: Mapping[str, Content], coloring: Coloring, views: Sequence[MapView], chosen: int | None
 ) -> list[float]:
-    """Return all values of some archives, or if a colouring has none of whole archives, those of views."""
+    """Return the values of whole archives; where a colouring has none of these, those of the views."""
     whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
     if whole:
         return whole
@@ -169,13 +170,15 @@ def _values(
     return [v for s in shown for v in coloring.values(s.axes, s.elites).values()]
 
 
-def _hint(elite: Elite, coloring: Coloring, value: float | None) -> str:
+def _hint(elite: ShownElite, coloring: Coloring, value: float | None) -> str:
     if coloring.hint is None or value is None:
         return elite.hint
     return f"{elite.hint}\n{coloring.hint(value)}"
 
 
-def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mapping[Cell, Elite]) -> str:
+def _figures(
+    view: MapView, content: Content, axes: tuple[Axis, ...], elites: Mapping[Cell, ShownElite]
+) -> str:
     coverage = len(elites) / math.prod(a.n for a in axes)
     if view.kind in ("whole", "nested") and content.coverage is not None:
         coverage = content.coverage
@@ -185,8 +188,8 @@ def _figures(view: View, content: Content, axes: tuple[Axis, ...], elites: Mappi
     return f"{cells} · QD score {sum(e.f_s for e in elites.values()):.0f} cm"
 
 
-def _with_fresh(picture: Picture, before: Sequence[Picture]) -> Picture:
-    """Mark the cells that another robot held before; if the axes have moved, the robots not there before."""
+def _with_fresh(picture: MapPicture, before: Sequence[MapPicture]) -> MapPicture:
+    """Mark the cells whose robot is another one than before; if the axes have moved, the new robots."""
     old = next((p for p in before if p.view == picture.view), None)
     if old is None or old.outer != picture.outer:
         return picture

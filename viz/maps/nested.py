@@ -17,10 +17,10 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping
 
-from engine.search.archive import Cell, cell_name
+from engine.search.archive import Cell
 from engine.search.axes import Axis
-from viz.maps import axis_labels as axis_text
-from viz.maps.heatmap import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, accessible, text, upright_text
+from viz.maps import axis_labels
+from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, attributes, text, upright_text
 from viz.maps.scale import Scale, bar
 
 RIGHT = 2
@@ -33,12 +33,13 @@ AXIS_HEIGHT = 32
 BAR_HEIGHT = 8
 LEGEND_HEIGHT = 28
 MARK = "\ue000"
+"""Stands for a number in a text of ``data-hints``."""
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class NestedMap:
-    """What to draw.
+    """A nested map to draw.
 
     Attributes:
         name: of the map; clicks report ``name:i,j,k,l``.
@@ -134,13 +135,12 @@ def render(nested: NestedMap, on_pointer_down: str) -> str:
     width = max(width, LEFT + g.columns * g.step[0] + RIGHT)  # rounded to whole units, it may be wider
     cells, hints = _table(nested, g)
     best = max(nested.tiles, key=lambda c: (nested.values.get(c, -math.inf), c), default=None)
-    start = "" if best is None else f' data-start="{cell_name(best)}"'
     near = f'width="{g.cell[0]}" height="{g.cell[1]}"'
     return "".join(
         [
-            f'<svg class="ta-map ta-nested" {accessible(nested.name)}{start}'
-            f' viewBox="0 0 {width} {height}" width="100%" data-size="{g.cell[0]},{g.cell[1]}"'
-            f' data-cells="{cells}" data-hints="{html.escape(json.dumps(hints))}"'
+            f'<svg class="ta-map ta-nested" {attributes(nested.name, g.cell, best)}'
+            f' viewBox="0 0 {width} {height}" width="100%"'
+            f' data-cells="{cells}" data-hints="{html.escape(json.dumps(hints))}" data-mark="{MARK}"'
             ' style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
             f' onpointerdown="{on_pointer_down}">',
             "<style>.ta-nested[data-c]{cursor:pointer}.ta-nested .o{fill:currentColor;fill-opacity:.07}"
@@ -232,12 +232,12 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
     bottom = g.bottom
     width = g.columns * g.step[0]
     parts = [
-        text(LEFT + width / 2, bottom + 26, html.escape(axis_text.title(x_axis)), anchor="middle"),
-        upright_text(11, (g.top + bottom) / 2, html.escape(axis_text.title(y_axis))),
+        text(LEFT + width / 2, bottom + 26, html.escape(axis_labels.title(x_axis)), anchor="middle"),
+        upright_text(11, (g.top + bottom) / 2, html.escape(axis_labels.title(y_axis))),
     ]
     if len(g.shape) == 4:
         inside = " · ".join(
-            f"{axis_text.title(a)} {arrow}" for a, arrow in zip(nested.axes[2:], "→↑", strict=True)
+            f"{axis_labels.title(a)} {arrow}" for a, arrow in zip(nested.axes[2:], "→↑", strict=True)
         )
         parts.append(
             text(LEFT + width - GAP, bottom + 25, f"in each: {html.escape(inside)}", anchor="end", small=True)
@@ -246,12 +246,12 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
         middle, low = (g.inner[0] - step[0]) / 2, top + g.rows * step[1] + (g.inner[1] - step[1]) / 2 + 3.5
         parts += [
             text(left + place * step[0] + middle, bottom + 9, label, anchor="middle", small=True)
-            for place, label in axis_text.ticks(x_axis)
+            for place, label in axis_labels.ticks(x_axis)
         ]
-        columns = [(LEFT - 5, axis_text.ticks(y_axis))]
-        if stiffness := axis_text.newtons_per_metre(y_axis):
+        columns = [(LEFT - 5, axis_labels.ticks(y_axis))]
+        if stiffness := axis_labels.newtons_per_metre(y_axis):
             columns.append((LEFT - 26, stiffness))
-            parts.append(text(LEFT - 26, top - 4, axis_text.STIFFNESS_UNIT, anchor="end", small=True))
+            parts.append(text(LEFT - 26, top - 4, axis_labels.STIFFNESS_UNIT, anchor="end", small=True))
         parts += [
             text(x, low - place * step[1], label, anchor="end", small=True)
             for x, ticks in columns
@@ -261,16 +261,16 @@ def _labels(nested: NestedMap, g: Geometry) -> str:
     outer = nested.axes[0]
     for (i,) in g.outer_cells():
         x, y = g.outer_corner((i,))
-        parts.append(text(x, y - 3, html.escape(axis_text.describe((outer,), (i,))), small=True))
+        parts.append(text(x, y - 3, html.escape(axis_labels.describe((outer,), (i,))), small=True))
         if i % g.columns == 0:
             parts += [
                 text(LEFT - 5, y + (y_axis.n - place) * g.cell[1] + 3.5, label, anchor="end", small=True)
-                for place, label in _few(axis_text.ticks(y_axis))
+                for place, label in _few(axis_labels.ticks(y_axis))
             ]
         if i + g.columns >= g.shape[0]:
             parts += [
                 text(x + place * g.cell[0], y + g.inner[1] + 10, label, anchor="middle", small=True)
-                for place, label in _few(axis_text.ticks(x_axis))
+                for place, label in _few(axis_labels.ticks(x_axis))
             ]
     return "".join(parts)
 

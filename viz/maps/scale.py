@@ -13,7 +13,7 @@ import numpy as np
 from viz import theme
 
 STEPS = 48
-"""Colours of a scale; more could not be told apart, and fewer make smaller pictures."""
+"""Colours of a scale. More could not be told apart; fewer colours make smaller pictures."""
 _STOPS = 12
 NO_VALUE = "#7d8590"
 """The colour of a filled cell whose value is not known."""
@@ -27,7 +27,7 @@ class Scale:
         title: quantity and unit; ``f_s`` is set with its subscript.
         low, high: values at its ends.
         below, above: whether values beyond an end are drawn in its colour.
-        whole: whether only whole numbers mean something.
+        whole: whether values are whole numbers.
         colormap: one of ``theme.MAPS``.
     """
 

@@ -20,14 +20,23 @@ from engine.errors import ExportError
 from engine.replay.recording import frame_at
 from engine.replay.replay import Replay
 from viz import theme
-from viz.recording.camera import NEAR, Camera
-from viz.recording.primitives import Look, Part, draw_ball, draw_rod, mix, rod_ends, shade, wall_faces
-from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, RobotGeometry
+from viz.recording.primitives import (
+    NEAR,
+    PaintedPart,
+    PerspectiveCamera,
+    ReplayLook,
+    draw_ball,
+    draw_rod,
+    mix,
+    paint_all,
+    parts_of,
+    shade,
+    wall_faces,
+)
+from viz.robot.geometry import ROD_DRAWN_RADIUS, TARGET_HEIGHT, TARGET_RADIUS, Drawing, RobotGeometry
 
 SUPERSAMPLING: Final = 2
 CABLE_DRAWN_WIDTH: Final = 0.0013
-TARGET_HEIGHT: Final = 0.06
-TARGET_RADIUS: Final = 0.02
 GRID: Final = 0.05
 GRID_STRONG: Final = 0.25
 """Metres between the lines of the ground, and between the bright ones."""
@@ -36,10 +45,10 @@ PITCH_AMONG_WALLS: Final = 0.85
 
 
 class Renderer:
-    """Draws the frames of one simulated trial, from where all of its way is seen.
+    """Draws the frames of one simulated trial, from a place that shows its whole path.
 
     Args:
-        replay: simulated to where it is to end.
+        replay: simulated as far as it is to be drawn.
         look: size and colours.
         run: name of the run, for the caption.
 
@@ -47,10 +56,10 @@ class Renderer:
         ExportError: there is nothing to draw: the simulation failed or has not begun.
     """
 
-    def __init__(self, replay: Replay, look: Look | None = None, *, run: str = "") -> None:
+    def __init__(self, replay: Replay, look: ReplayLook | None = None, *, run: str = "") -> None:
         if replay.failure is not None or not replay.frames or replay.target is None:
             raise ExportError(f"there is no replay to draw: {replay.failure or 'nothing was simulated'}")
-        self._replay, self._look = replay, look or Look()
+        self._replay, self._look = replay, look or ReplayLook()
         self._geometry = RobotGeometry(replay.morphology, replay.head.module)
         self._target = np.array([*replay.target, 0.0])
         self._walls = [w for w in replay.walls if not w.is_buried]
@@ -106,7 +115,7 @@ class Renderer:
         self.picture(moment).save(file, "PNG", optimize=True)
         return file.getvalue()
 
-    def _place_camera(self) -> Camera:
+    def _place_camera(self) -> PerspectiveCamera:
         frames = self._replay.frames
         first = self._geometry.draw(frames[0].pose, frames[0].lengths).nodes
         last = self._geometry.draw(frames[-1].pose, frames[-1].lengths).nodes
@@ -116,7 +125,7 @@ class Renderer:
         if self._walls:
             back = first[:, :2].mean(axis=0) - self._target[:2]
             yaw, pitch = float(np.arctan2(back[1], back[0])) + 0.4, PITCH_AMONG_WALLS
-        camera = Camera(np.zeros(3), yaw, pitch, 1.0, self._big)
+        camera = PerspectiveCamera(np.zeros(3), yaw, pitch, 1.0, self._big)
         return camera.showing(np.concatenate([first, last, way, post]))
 
     def _background(self, begun: bool) -> tuple[Image.Image, Image.Image]:
@@ -129,8 +138,7 @@ class Renderer:
         full = bare.copy()
         if begun:
             everything = ImageDraw.Draw(full, "RGBA")
-            for _, paint in sorted(self._standing(everything, np.zeros(2)), key=lambda part: -part[0]):
-                paint()
+            paint_all(self._standing(everything, np.zeros(2)))
         return bare, full.reduce(SUPERSAMPLING)
 
     def _region(self, pixels: list[np.ndarray]) -> tuple[int, int, int, int]:
@@ -177,7 +185,7 @@ class Renderer:
         draw.line([tuple(p) for p in pixels], theme.TRAIL, width, joint="curve")
 
     def _draw_shadows(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> None:
-        ends = rod_ends(drawing).reshape(-1, 3) * [1, 1, 0]
+        ends = drawing.rods.reshape(-1, 3) * [1, 1, 0]
         pixels, _, scale = self._camera.project(ends)
         color = (30, 40, 55, 34) if self._look.light else (0, 0, 0, 96)
         for (a, b), s in zip((pixels - corner).reshape(-1, 2, 2), scale[::2], strict=True):
@@ -190,35 +198,29 @@ class Renderer:
         parts += self._nodes(draw, drawing, corner)
         if begun:
             parts += self._standing(draw, corner)
-        parts.sort(key=lambda part: -part[0])
-        for _, paint in parts:
-            paint()
+        paint_all(parts)
 
-    def _rods(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
-        pixels, ahead, scale = self._camera.project(rod_ends(drawing).reshape(-1, 3))
-        pixels = (pixels - corner).reshape(-1, 2, 2)
+    def _rods(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
+        pixels, ahead, scale = self._camera.project(drawing.rods.reshape(-1, 3))
         widths = 2.0 * ROD_DRAWN_RADIUS * scale.reshape(-1, 2).mean(axis=1)
-        parts: list[Part] = []
-        for ends, depth, width, layers in zip(
-            pixels, ahead.reshape(-1, 2).mean(axis=1).tolist(), widths.tolist(), self._rod_layers, strict=True
-        ):
-            if depth >= NEAR:
-                parts.append((depth, functools.partial(draw_rod, draw, ends, width, layers)))
-        return parts
+        paint = functools.partial(draw_rod, draw)
+        ends = (pixels - corner).reshape(-1, 2, 2)
+        return parts_of(paint, ahead.reshape(-1, 2).mean(axis=1), ends, widths.tolist(), self._rod_layers)
 
-    def _cables(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
-        pixels, ahead, scale = self._camera.project(drawing.cables.reshape(-1, 3).astype(float))
-        pixels = (pixels - corner).reshape(-1, 4)
-        depths = ahead.reshape(-1, 2).mean(axis=1)
+    def _cables(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
+        pixels, ahead, scale = self._camera.project(drawing.cables.reshape(-1, 3))
         widths = np.maximum(CABLE_DRAWN_WIDTH * scale[::2], 1.1 * self._unit).round().astype(int)
-        colors = self._cable_colors(drawing)
-        parts: list[Part] = []
-        for ends, depth, width, color in zip(
-            pixels.tolist(), depths.tolist(), widths.tolist(), colors, strict=True
-        ):
-            if depth >= NEAR:
-                parts.append((depth, functools.partial(draw.line, ends, tuple(color), width)))
-        return parts
+        ends, colors = (pixels - corner).reshape(-1, 4), map(tuple, self._cable_colors(drawing))
+        return parts_of(draw.line, ahead.reshape(-1, 2).mean(axis=1), ends.tolist(), colors, widths.tolist())
+
+    def _nodes(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[PaintedPart]:
+        pixels, ahead, scale = self._camera.project(drawing.nodes)
+        radii = self._geometry.node_radii * scale
+        paint = functools.partial(draw_ball, draw)
+        # a little before the rods and cables that end there
+        return parts_of(
+            paint, ahead, (pixels - corner).tolist(), radii.tolist(), self._node_shades, lift=0.002
+        )
 
     def _cable_colors(self, drawing: Drawing) -> list:
         if not self._look.light:
@@ -229,27 +231,15 @@ class Renderer:
         servo = np.array(theme.SERVO_SLACK) * (1 - part[:, n:]) + np.array((214, 110, 20)) * part[:, n:]
         return np.concatenate([passive, servo], axis=1).reshape(-1, 3).astype(int).tolist()
 
-    def _nodes(self, draw: ImageDraw.ImageDraw, drawing: Drawing, corner: np.ndarray) -> list[Part]:
-        pixels, ahead, scale = self._camera.project(drawing.nodes.astype(float))
-        radii = self._geometry.node_radii * scale
-        parts: list[Part] = []
-        for centre, depth, radius, shades in zip(
-            (pixels - corner).tolist(), ahead.tolist(), radii.tolist(), self._node_shades, strict=True
-        ):
-            if depth >= NEAR:
-                # a little before the rods and cables that end there
-                parts.append((depth - 0.002, functools.partial(draw_ball, draw, centre, radius, shades)))
-        return parts
-
     def _post(self) -> np.ndarray:
         """Return the (2, 3) foot and top of the target's post."""
         x, y, _ = self._target
         return np.array([[x, y, 0.001], [x, y, TARGET_HEIGHT]])
 
-    def _standing(self, draw: ImageDraw.ImageDraw, corner: np.ndarray) -> list[Part]:
+    def _standing(self, draw: ImageDraw.ImageDraw, corner: np.ndarray) -> list[PaintedPart]:
         """Return the target's post and the walls."""
         pixels, ahead, scale = self._camera.project(self._post())
-        parts: list[Part] = []
+        parts: list[PaintedPart] = []
         if ahead.min() > NEAR:
             width = max(2, round(0.016 * scale[0]))
             line = [tuple(p) for p in pixels - corner]

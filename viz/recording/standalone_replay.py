@@ -1,8 +1,8 @@
 """One trial as one HTML file that plays without a server: data, viewer and the robot's facts.
 
-The file asks for nothing from anywhere: its content security policy forbids it. Where the points of the robot
-are is quantised to 0.1 mm and written coordinate by coordinate as differences in time, so that 40 s of ten
-modules fit into a few hundred kB.
+The file loads nothing from anywhere: its content security policy forbids it. The positions of the robot's
+points are rounded to 0.1 mm and written coordinate by coordinate as differences in time: 40 s of ten modules
+fit into a few hundred kB.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ from engine.tasks import get_task
 from viz import theme
 from viz.robot import robot_card
 from viz.robot.geometry import ACTUATOR_DRAWN_RADIUS, NODE_DRAWN_RADIUS, ROD_DRAWN_RADIUS, RobotGeometry
+from viz.robot.skeleton import N_POINTS
 
 STEP: Final = 1e-4
 """Metres between two values that a coordinate can take; more where the robot goes far."""
 TENSION_LEVELS: Final = 31
 """Steps of a cable's colour."""
 EVERY: Final = 2
-"""Only one frame in so many is kept; the viewer interpolates."""
+"""One frame in so many is kept; the viewer interpolates."""
 _LIMIT: Final = 32_000
 
 
@@ -38,22 +39,23 @@ def standalone_replay(replay: Replay, *, run: str, where: str = "", entered: int
     """Return a replay as an HTML file.
 
     Args:
-        replay: simulated to where the file is to end.
+        replay: simulated to the moment at which the file ends.
         run: name of its run.
         where: the map and cell that the robot was picked from.
-        entered: the generation that it was evaluated in, if known.
+        entered: the generation that it was evaluated in; None if it is not known.
 
     Raises:
         ExportError: the simulation failed or has not begun.
     """
     if replay.failure is not None or not replay.frames or replay.target is None:
         raise ExportError(f"there is no replay to show: {replay.failure or 'nothing was simulated'}")
-    points, tension, heads = _sampled(replay)
+    geometry = RobotGeometry(replay.morphology, replay.head.module)
+    points, tension, heads = _sampled(replay, geometry)
     origin = (points.reshape(-1, 3).min(axis=0) + points.reshape(-1, 3).max(axis=0)) / 2
     step = max(STEP, float(np.abs(points - origin).max()) / _LIMIT)
     packed = pack(np.round((points - origin) / step).astype(np.int16).reshape(len(points), -1))
     packed += pack(np.round(tension * TENSION_LEVELS).astype(np.int16))
-    facts = _facts(replay)
+    facts = _facts(replay, geometry)
     number = replay.evaluation.solution.number
     title = f"Robot {number} of {run}"
     scene = {
@@ -95,9 +97,8 @@ def pack(values: np.ndarray) -> bytes:
     return (steps & 0xFF).astype(np.uint8).tobytes() + (steps >> 8).astype(np.uint8).tobytes()
 
 
-def _sampled(replay: Replay) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _sampled(replay: Replay, geometry: RobotGeometry) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (frames, points, 3) positions, (frames, cables) tensions from 0 to 1, (frames, 2) heads."""
-    geometry = RobotGeometry(replay.morphology, replay.head.module)
     frames = replay.frames[EVERY - 1 :: EVERY]
     drawings = [geometry.draw(f.pose, f.lengths) for f in frames]
     return (
@@ -107,16 +108,15 @@ def _sampled(replay: Replay) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
 
 
-def _facts(replay: Replay) -> dict[str, object]:
+def _facts(replay: Replay, geometry: RobotGeometry) -> dict[str, object]:
     """Return what the viewer draws besides the robot's motion."""
-    geometry = RobotGeometry(replay.morphology, replay.head.module)
     assert replay.target is not None
     passive = [[a, b] for a, b in t.CABLES]
     # a module's thirteenth point is its actuator
     servo = [[len(t.NODES), n] for n in t.SERVO_NODES]
     return {
         "modules": replay.morphology.n_modules,
-        "points": len(t.NODES) + 1,
+        "points": N_POINTS,
         "rods": [list(r) for r in t.RODS],
         "passive": passive,
         "servo": servo,

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from engine.errors import ExportError
 from engine.replay.replay import Replay
-from viz.recording.primitives import Look
+from viz.recording.primitives import ReplayLook
 from viz.recording.render import Renderer
 
 FPS: Final = 30
@@ -30,7 +30,7 @@ ENCODERS: Final[dict[str, dict[str, str]]] = {
 def video(
     replay: Replay,
     *,
-    look: Look | None = None,
+    look: ReplayLook | None = None,
     run: str = "",
     speed: float = 1.0,
     encoder: str | None = None,
@@ -39,12 +39,13 @@ def video(
     """Return a trial as an MP4 file, from the moment when the target is placed.
 
     Args:
-        replay: simulated to where the video is to end.
+        replay: simulated to the moment at which the video ends.
         look: size and colours.
         run: name of the run, for the caption.
         speed: seconds of the trial in a second of the video.
         encoder: one of ``ENCODERS``; None for the first that there is.
-        progress: told after every frame how many of how many are done; what it raises ends the work.
+        progress: called after every frame with how many of how many are done; what it raises ends the
+            work.
 
     Raises:
         ExportError: PyAV is missing or has no encoder, or there is nothing to show.
@@ -54,7 +55,7 @@ def video(
     # SVT-AV1 otherwise tells its settings on the standard error stream
     os.environ.setdefault("SVT_LOG", "1")
     renderer = Renderer(replay, look, run=run)
-    size = (look or Look()).size
+    size = (look or ReplayLook()).size
     end = replay.frames[-1].time
     n_frames = max(1, round(FPS * end / speed))
     file = io.BytesIO()

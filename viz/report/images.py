@@ -1,7 +1,7 @@
 """The figures of a report as files, drawn by the system's Chromium.
 
-Chromium is driven by a process of its own: a browser that hangs, as one may on a busy machine, then costs
-some patience and not the whole command.
+A process of its own drives Chromium: a browser that hangs, as it may on a busy machine, then costs some
+patience and not the whole command.
 """
 
 from __future__ import annotations

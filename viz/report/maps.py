@@ -16,9 +16,9 @@ from engine.analysis.run_result import RunResult
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz import theme
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.maps.scale import Scale, fitness_scale
-from viz.report.style import Look, dress
+from viz.report.style import ReportLook, dress
 
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
@@ -51,7 +51,7 @@ def task_scale(task: TaskComparison) -> Scale:
     )
 
 
-def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: Look) -> go.Figure:
+def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: ReportLook) -> go.Figure:
     """Return the morphology maps, then the controller maps, a row of runs for each algorithm.
 
     With a single run of each algorithm the algorithms lie beside each other instead.
@@ -150,14 +150,14 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
 
 
 def _how(run: RunResult, name: str) -> str:
-    """Return how a map came about, if it is no archive that the algorithm worked with."""
+    """Return how a map was made, if it is no archive that the algorithm worked with."""
     if run.config.algorithm == "vie-neat":
         return " (reconstructed)"
     return " (projected)" if run.maps[name].projected else ""
 
 
 def _add_map(
-    figure: go.Figure, panel: _Panel, left: _Panel | None, position: tuple[int, int], look: Look
+    figure: go.Figure, panel: _Panel, left: _Panel | None, position: tuple[int, int], look: ReportLook
 ) -> None:
     """Draw a map at a (row, column), without the labels that it shares with the leftmost of its row."""
     shown = panel.map if len(panel.map.axes) == 2 else panel.map.project((0, 1))
@@ -198,7 +198,7 @@ def _add_map(
         update(
             tickvals=at,
             ticktext=text,
-            title_text="" if beside_its_like else axis_text.title(axis),
+            title_text="" if beside_its_like else axis_labels.title(axis),
             showline=False,
             range=[-0.5, axis.n - 0.5],
             **place,
@@ -210,7 +210,7 @@ def hover_text(shown: EliteMap, cell: Cell, initial_distance: float) -> str:
     if cell not in shown.elites:
         return "empty cell"
     fitness, number = shown.elites[cell]
-    where = axis_text.describe(shown.axes, cell)
+    where = axis_labels.describe(shown.axes, cell)
     return f"f<sub>s</sub> {100 * (initial_distance - fitness):.2f} cm<br>{where}<br>robot {number}"
 
 
@@ -222,10 +222,10 @@ def _ticks(axis: Axis) -> tuple[list[int], list[str]]:
         at = sorted({0, (axis.n - 1) // 2, axis.n - 1})
     else:
         at = list(range(1, axis.n, 3))
-    return at, [axis_text.value(axis, i) for i in at]
+    return at, [axis_labels.value(axis, i) for i in at]
 
 
-def color_axis(task: TaskComparison, look: Look, length: float) -> dict[str, Any]:
+def color_axis(task: TaskComparison, look: ReportLook, length: float) -> dict[str, Any]:
     """Return the colour axis that all maps of a task share; its bar is at least 180 px long."""
     scale = task_scale(task)
     ticks = scale.ticks()

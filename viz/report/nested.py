@@ -13,16 +13,16 @@ from plotly.subplots import make_subplots
 from engine.analysis.comparison import TaskComparison
 from engine.analysis.elite_maps import GRID
 from engine.analysis.run_result import RunResult
-from viz.maps import axis_labels as axis_text
+from viz.maps import axis_labels
 from viz.report.maps import MOST_RUNS, color_axis, hover_text
-from viz.report.style import Look, dress
+from viz.report.style import ReportLook, dress
 
 _NESTED: Final = 421
 """Width and height of a nested map in px."""
 
 
 def nested_figure(
-    task: TaskComparison, runs: Sequence[RunResult], labels: Mapping[Any, str], look: Look
+    task: TaskComparison, runs: Sequence[RunResult], labels: Mapping[Any, str], look: ReportLook
 ) -> go.Figure:
     """Return 4-D maps, two beside each other: a block for every body, in it a cell for every movement.
 
@@ -81,7 +81,7 @@ def nested_figure(
     return figure
 
 
-def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Look) -> None:
+def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: ReportLook) -> None:
     grid = run.maps[GRID]
     outer_x, outer_y, inner_x, inner_y = grid.axes
     step_x, step_y = inner_x.n + 1, inner_y.n + 1  # a strip between blocks
@@ -118,8 +118,8 @@ def _add_nested(figure: go.Figure, run: RunResult, row: int, col: int, look: Loo
     ):
         update(
             tickvals=[i * step + (n - 1) / 2 for i in range(axis.n)],
-            ticktext=[axis_text.value(axis, i) for i in range(axis.n)],
-            title_text=axis_text.title(axis),
+            ticktext=[axis_labels.value(axis, i) for i in range(axis.n)],
+            title_text=axis_labels.title(axis),
             range=[-0.5, axis.n * step - 1.5],
             **place,
         )

@@ -15,7 +15,7 @@ from engine.analysis.comparison import Comparison, TaskComparison
 from engine.analysis.elite_maps import GRID
 from viz.report.maps import MOST_RUNS, maps_figure
 from viz.report.nested import nested_figure
-from viz.report.style import LIGHT, Look
+from viz.report.style import LIGHT, ReportLook
 from viz.report.tables import MEASURES, rank_sum_table, runs_table, statistics_table
 from viz.report.trends import ends_figure, trend_figure
 
@@ -54,7 +54,7 @@ class ReportSection:
     figures: tuple[ReportFigure, ...] = ()
 
 
-def report_sections(comparison: Comparison, look: Look = LIGHT) -> tuple[ReportSection, ...]:
+def report_sections(comparison: Comparison, look: ReportLook = LIGHT) -> tuple[ReportSection, ...]:
     """Return what there is to show of a comparison, in order."""
     sections = []
     if comparison.notes:
@@ -74,7 +74,7 @@ def _css(name: str) -> str:
     return (resources.files("viz.report") / name).read_text(encoding="utf-8")
 
 
-def _task_sections(task: TaskComparison, comparison: Comparison, look: Look) -> list[ReportSection]:
+def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLook) -> list[ReportSection]:
     name, title = _file_name(task.task), task_title(task.task)
     several = len(comparison.tasks) > 1
     prefix = f"{title}: " if several else ""
@@ -146,7 +146,9 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: Look) -> 
     return sections
 
 
-def _nested_figures(task: TaskComparison, comparison: Comparison, look: Look) -> tuple[ReportFigure, ...]:
+def _nested_figures(
+    task: TaskComparison, comparison: Comparison, look: ReportLook
+) -> tuple[ReportFigure, ...]:
     figures = []
     for group in task.groups:
         runs = [r for r in group.runs if GRID in r.maps and len(r.maps[GRID].axes) == 4]

@@ -17,7 +17,7 @@ _OTHER_COLORS: Final = ("#a1458f", "#7a6a3a", "#5b6470", "#b03a48")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Look:
+class ReportLook:
     """Colours that depend on the background.
 
     Attributes:
@@ -36,8 +36,8 @@ class Look:
     reference: str
 
 
-LIGHT: Final = Look("#ffffff", "#1d2430", "#667080", "#e3e7ec", "#edf0f3", "#8a93a0")
-DARK: Final = Look("rgba(0,0,0,0)", "#e6e9ee", "#9aa4b2", "#39414d", "#2a313b", "#8a93a0")
+LIGHT: Final = ReportLook("#ffffff", "#1d2430", "#667080", "#e3e7ec", "#edf0f3", "#8a93a0")
+DARK: Final = ReportLook("rgba(0,0,0,0)", "#e6e9ee", "#9aa4b2", "#39414d", "#2a313b", "#8a93a0")
 
 
 def colors(names: list[str]) -> dict[str, str]:
@@ -52,7 +52,7 @@ def translucent(color: str, alpha: float) -> str:
     return f"rgba({r},{g},{b},{alpha:g})"
 
 
-def dress(figure: go.Figure, look: Look, *, width: int, height: int, **layout: Any) -> go.Figure:
+def dress(figure: go.Figure, look: ReportLook, *, width: int, height: int, **layout: Any) -> go.Figure:
     """Give a figure its size in px, its type and its quiet axes."""
     figure.update_layout(
         template="none",

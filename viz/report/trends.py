@@ -10,7 +10,7 @@ from plotly.subplots import make_subplots
 
 from engine.analysis import published
 from engine.analysis.comparison import Group, TaskComparison
-from viz.report.style import WIDTH, Look, colors, dress, translucent
+from viz.report.style import WIDTH, ReportLook, colors, dress, translucent
 
 HEIGHT: Final = 400
 AXIS_TITLES: Final = {
@@ -22,7 +22,7 @@ MOST_SINGLE_LINES: Final = 12
 """Runs of one algorithm up to which each is also drawn on its own."""
 
 
-def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: Look) -> go.Figure:
+def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: ReportLook) -> go.Figure:
     """Return measures of the morphology map over evaluations, side by side: mean and spread.
 
     Args:
@@ -91,7 +91,7 @@ def _add_group(figure: go.Figure, group: Group, measure: str, color: str, column
     )
 
 
-def ends_figure(task: TaskComparison, look: Look) -> go.Figure:
+def ends_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
     """Return where each run ended, with the mean of each algorithm and the paper's mean ± s.d. beside it."""
     measures = ("best", "qd_score")
     figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.09)

@@ -1,1 +1,19 @@
-"""robot."""
+"""One robot as geometry, SVG and HTML.
+
+What shows a single robot, or compares a few. The panels that hold it are ``app/robot/``, the 3D scene is
+``app/replay/``, and a whole replay as a file is ``viz/recording/``.
+
+Read in this order:
+
+1. ``skeleton``: where its rods and cables begin and end, simulated or as built.
+2. ``geometry``: the same as it is drawn, with colours and tension, at any moment of a replay.
+3. ``framing``: where a camera must be to show it.
+4. ``stroke_font``: the numbers of its modules, in the scene.
+5. ``robot_card``: its body, origin and scores.
+6. ``network_diagram``: its controller's network, and what the neurons do.
+7. ``servo_plot``: what each module is told and does over time.
+8. ``tension_legend``: what the colours of the cables mean.
+9. ``lineage_list``: its ancestors.
+10. ``robot_differences``: what several robots differ in.
+11. ``what_if_table``: a changed body beside the original.
+"""

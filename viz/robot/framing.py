@@ -1,4 +1,4 @@
-"""Where a perspective camera must be to show what matters in the free part of a window."""
+"""Places a perspective camera so that points fill the free part of a window."""
 
 from __future__ import annotations
 
@@ -65,8 +65,9 @@ def eye_showing(points: np.ndarray, towards: np.ndarray, window: Window) -> tupl
     """
     out = np.asarray(towards, dtype=float) / np.linalg.norm(towards)
     if out[2] > STEEPEST:
+        yaw = math.atan2(out[1], out[0]) if out[:2].any() else math.pi
         flat = math.sqrt(1.0 - STEEPEST**2)
-        out = np.array([-flat, 0.0, STEEPEST])
+        out = np.array([flat * math.cos(yaw), flat * math.sin(yaw), STEEPEST])
     right = np.cross([0.0, 0.0, 1.0], out)
     right /= np.linalg.norm(right)
     up = np.cross(out, right)

@@ -1,22 +1,30 @@
-"""From the poses of the rods to what is drawn: rods, nodes, cables and their tension."""
+"""A robot as it is drawn: rods, nodes, cables and their tension, at any moment of a replay."""
 
 from __future__ import annotations
 
 import dataclasses
+from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.body.kinematics import END_PLACES, END_RODS, internal_tension, passive_tension, points_on
+from engine.body.kinematics import internal_tension, passive_tension
 from engine.body.morphology import Morphology
+from engine.replay.recording import Playable, mix, mix_turns, place_of
 from viz import theme
+from viz.robot.skeleton import N_POINTS, posed
 
-ROD_DRAWN_RADIUS = 0.0021
-NODE_DRAWN_RADIUS = 0.0030
-ACTUATOR_DRAWN_RADIUS = 0.0055
-STRAIN_FULL_COLOR = 1.6
+ROD_DRAWN_RADIUS: Final = 0.0021
+NODE_DRAWN_RADIUS: Final = 0.0030
+ACTUATOR_DRAWN_RADIUS: Final = 0.0055
+TARGET_RADIUS: Final = 0.02
+TARGET_HEIGHT: Final = 0.06
+"""In m, as everything here: a target is drawn as a disc on the ground with a post."""
+STRAIN_FULL_COLOR: Final = 1.6
 """Strain at which a passive cable of the stiffest module has its full colour; a settled module is at 1.3."""
+AT_ONCE: Final = 25
+"""Frames of a replay that are drawn at once: a second's worth."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -52,46 +60,43 @@ class Drawing:
         return self.points[len(self.points) - 2 * len(self.tension) :].reshape(-1, 2, 3)
 
     @property
+    def rods(self) -> np.ndarray:
+        """(rods, 2, 3) end points."""
+        return self.nodes.reshape(-1, N_POINTS, 3)[:, np.array(t.RODS)].reshape(-1, 2, 3)
+
+    @property
     def centres(self) -> np.ndarray:
         """(modules, 3) means of the centres of their rods."""
         return self.rod_positions.reshape(-1, len(t.RODS), 3).mean(axis=1)
 
 
 class RobotGeometry:
-    """Draws a robot of a given body.
+    """Draws a robot.
 
     Args:
-        morphology: the body.
-        head_module: index of the head module, drawn in its own colour.
+        morphology: its body.
+        head_module: index of the head module, which has a colour of its own.
     """
 
     def __init__(self, morphology: Morphology, head_module: int) -> None:
         self.n_modules = morphology.n_modules
         axes = np.array([t.NODES[b] - t.NODES[a] for a, b in t.RODS])
         self._align = np.array([_quaternion_from_z(a) for a in axes])
-        # points fixed to rods: nodes and actuator
-        fixed = [(t.rod_of(n), p) for n, p in enumerate(t.NODES)]
-        fixed.append((t.SERVO_ROD, t.ACTUATOR_POINT))
-        places = [p - t.ROD_MIDDLES[r] for r, p in fixed]
-        self._n_fixed = len(fixed)
-        self._rod = np.array([*(r for r, _ in fixed), *END_RODS])
-        self._local = np.array([*places, *END_PLACES], dtype=np.float32)
         self._stiffness = np.array(morphology.stiffnesses)[:, None]
         self._full_tension = full_tension(morphology)
         plain = [*[theme.CABLE] * len(t.CABLES), *[theme.SERVO_CABLE] * len(t.SERVO_NODES)]
         self._plain_colors = np.tile(np.array(plain, dtype=np.uint8), (self.n_modules, 1, 1))
-        rod_colors = np.tile(np.array(theme.ROD, dtype=np.uint8), (self.n_modules, len(t.RODS), 1))
+        rod_colors = np.full((self.n_modules, len(t.RODS), 3), theme.ROD, dtype=np.uint8)
+        rod_colors[head_module] = theme.HEAD_ROD
         rod_colors[:, t.SERVO_ROD] = theme.SERVO_ROD
-        plain_rods = [r for r in range(len(t.RODS)) if r != t.SERVO_ROD]
-        rod_colors[head_module, plain_rods] = theme.HEAD_ROD
         self.rod_colors = rod_colors.reshape(-1, 3)
-        node_colors = np.tile(
-            np.array([*[theme.NODE] * len(t.NODES), theme.SERVO_ROD], dtype=np.uint8),
-            (self.n_modules, 1),
-        )
-        self.node_colors = node_colors.reshape(-1, 3)
+        """(rods, 3) uint8."""
+        node_colors = [*[theme.NODE] * len(t.NODES), theme.SERVO_ROD]
+        self.node_colors = np.tile(np.array(node_colors, dtype=np.uint8), (self.n_modules, 1))
+        """(nodes + actuators, 3) uint8."""
         radii = [*[NODE_DRAWN_RADIUS] * len(t.NODES), ACTUATOR_DRAWN_RADIUS]
         self.node_radii = np.tile(radii, self.n_modules)
+        """(nodes + actuators,) in m."""
 
     def draw(self, pose: np.ndarray, lengths: np.ndarray, *, tension: bool = True) -> Drawing:
         """Place everything.
@@ -114,9 +119,7 @@ class RobotGeometry:
         n = len(poses)
         poses = poses.astype(np.float32)
         position, turn = poses[..., :3], poses[..., 3:]
-        points = points_on(poses, self._rod, self._local)
-        nodes = points[..., : self._n_fixed, :]
-        ends = points[..., self._n_fixed :, :].reshape(*points.shape[:2], -1, 2, 3)
+        nodes, ends = posed(poses)
         shares = self._tensions(ends, lengths)
         colors = self._tension_colors(shares) if tension else np.tile(self._plain_colors, (n, 1, 1, 1))
         places = [a.reshape(n, -1, 3) for a in (position, nodes, ends)]
@@ -145,6 +148,55 @@ class RobotGeometry:
             ],
             axis=-2,
         )
+
+
+class DrawnReplay:
+    """Draws the robot of a replay at any moment: many frames at once, and what lies between two of them.
+
+    Args:
+        geometry: of the robot.
+        replay: of it.
+    """
+
+    def __init__(self, geometry: RobotGeometry, replay: Playable) -> None:
+        self._geometry, self._replay = geometry, replay
+        self._first = 0
+        self._tension = True
+        self._drawings: list[Drawing] = []
+
+    def at(self, moment: float, *, tension: bool) -> Drawing:
+        """Return the drawing of a moment; never one beyond what has been simulated.
+
+        Between two frames everything moves along straight lines, rods turn by ``mix_turns``, and colours are
+        those of the nearer frame. The ends of cables then lie off the ends of the rods by 0.1 mm in the
+        median, and by up to 3 mm during the tenth of a second in which a dropped module folds.
+
+        Args:
+            moment: of the replay's clock, in s; there must be a frame.
+            tension: whether the colours of the cables show it.
+        """
+        index, part = place_of(self._replay, moment)
+        last = index + (part > 0.0)
+        if tension != self._tension or not self._first <= index <= last < self._first + len(self._drawings):
+            self._draw(index, tension)
+        k = index - self._first
+        one = self._drawings[k]
+        if not part:
+            return one
+        other = self._drawings[k + 1]
+        nearer = one if part < 0.5 else other
+        return Drawing(
+            points=mix(one.points, other.points, part),
+            rod_turns=mix_turns(one.rod_turns, other.rod_turns, part),
+            cable_colors=nearer.cable_colors,
+            tension=nearer.tension,
+        )
+
+    def _draw(self, first: int, tension: bool) -> None:
+        frames = self._replay.frames[first : first + AT_ONCE]
+        poses, lengths = np.array([f.pose for f in frames]), np.array([f.lengths for f in frames])
+        self._drawings = self._geometry.draw_all(poses, lengths, tension=tension)
+        self._first, self._tension = first, tension
 
 
 def full_tension(morphology: Morphology) -> float:

@@ -9,7 +9,6 @@ from engine.body.morphology import body_changes
 from engine.storage.rows import Ancestor
 from viz import theme
 
-SELECTED = "#ff5d8f"
 THOUSAND = 1000
 
 
@@ -19,7 +18,7 @@ def click_name(number: int) -> str:
 
 
 def clicked_number(name: str, index: tuple[int, ...]) -> int | None:
-    """Return the number of the ancestor that was clicked, None for what is no such click."""
+    """Return the number of the ancestor that was clicked, None for any other click."""
     if name != "ancestor" or len(index) != 2 or index[1] >= THOUSAND:
         return None
     return index[0] * THOUSAND + index[1]
@@ -30,7 +29,7 @@ def render(line: Sequence[Ancestor], shown: int, target_distance: float, on_clic
 
     Args:
         line: a robot, its parent, and so on; at least one.
-        shown: number of the one that is on the stage.
+        shown: number of the one that is shown.
         target_distance: from which f_s is measured, in m.
         on_click: JavaScript, already escaped for an attribute.
     """
@@ -68,7 +67,7 @@ def _row(a: Ancestor, parent: Ancestor | None, shown: bool, distance: float, on_
         more = 100 * (parent.fitness - a.fitness) if a.fitness is not None else 0.0
         color = theme.GOOD_TEXT if more >= 0 else theme.BAD_TEXT
         gain = f'<span style="color:{color}"> {more:+.1f}</span>'
-    dot = SELECTED if shown else "#8b93a1"
+    dot = theme.SELECTED if shown else "#8b93a1"
     return (
         f'<button type="button" data-c="{click_name(a.number)}" onclick="{on_click}"'
         f' aria-current="{str(shown).lower()}" title="Show and replay robot {a.number}">'

@@ -1,4 +1,4 @@
-"""What there is to know about a robot, as HTML for a narrow panel."""
+"""The card of a robot: body, origin and scores, as HTML for a narrow panel."""
 
 from __future__ import annotations
 

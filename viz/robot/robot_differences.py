@@ -44,16 +44,16 @@ class Entry:
         return self.evaluation.solution.number
 
 
-Row = tuple[str, list[str], list[float | None]]
-"""What is compared, for people the values, and what decides which is best: None where nothing does."""
+DifferenceRow = tuple[str, list[str], list[float | None]]
+"""What is compared, the values as text, and numbers of which the largest is best: None where none is."""
 
 
-def rows(entries: Sequence[Entry]) -> list[Row]:
+def rows(entries: Sequence[Entry]) -> list[DifferenceRow]:
     """Return what robots are compared in, in cm where it is a length."""
     tasks = [get_task(e.config.task) for e in entries]
     bodies = [e.evaluation.solution.morphology for e in entries]
     nothing: list[float | None] = [None] * len(entries)
-    found: list[Row] = [
+    found: list[DifferenceRow] = [
         ("run", [e.run for e in entries], nothing),
         ("robot", [str(e.number) for e in entries], nothing),
         ("generation", ["–" if e.entered is None else str(e.entered) for e in entries], nothing),
@@ -84,7 +84,7 @@ def render(entries: Sequence[Entry]) -> str:
     if not entries:
         return ""
     head = "".join(
-        f'<th style="color:{_css(theme.LANES[k])};text-align:right;padding:2px 0 2px 8px">{LETTERS[k]}</th>'
+        f'<th style="color:{_color(k)};text-align:right;padding:2px 0 2px 8px">{LETTERS[k]}</th>'
         for k in range(len(entries))
     )
     body = "".join(_row(*row) for row in rows(entries))
@@ -102,7 +102,7 @@ def render_pins(entries: Sequence[Entry], handler: str) -> str:
     """Return the list of pinned robots, each with a button that unpins it, reported as ``unpin:k``."""
     return "".join(
         '<div style="display:flex;align-items:center;gap:8px;margin:0 10px 3px;padding:2px 4px 2px 8px;'
-        f"font-size:12.5px;border-left:3px solid {_css(theme.LANES[k])};background:rgba(128,128,128,.12);"
+        f"font-size:12.5px;border-left:3px solid {_color(k)};background:rgba(128,128,128,.12);"
         f'border-radius:3px"><b>{LETTERS[k]}</b><span style="flex:1;overflow:hidden;text-overflow:ellipsis;'
         f'white-space:nowrap">robot {e.number} <span style="opacity:.6">{html.escape(e.run)}</span></span>'
         f'<button data-c="unpin:{k}" onclick="{handler}" title="Unpin" aria-label="Unpin {LETTERS[k]}"'
@@ -119,7 +119,7 @@ def render_distances(lanes: Sequence[tuple[str | None, float | None]]) -> str:
             its trial begins.
     """
     parts = [
-        f'<span><b style="color:{_css(theme.LANES[k])}">{LETTERS[k]}</b> '
+        f'<span><b style="color:{_color(k)}">{LETTERS[k]}</b> '
         + ("failed" if failure else "settles" if distance is None else f"{100 * distance:.1f}")
         + "</span>"
         for k, (failure, distance) in enumerate(lanes)
@@ -163,9 +163,10 @@ def _mean(distances: np.ndarray, target: int) -> float | None:
     return 100 * float(distances[target].mean())
 
 
+def _color(k: int) -> str:
+    """Return the CSS colour of a robot's lane."""
+    return theme.css(theme.LANES[k])
+
+
 def _length(value: float | None) -> str:
     return "–" if value is None else f"{value:.1f}"
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return f"rgb({color[0]},{color[1]},{color[2]})"

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from viz import theme
+
 WIDTH = 300
 LEFT, RIGHT = 24.0, 296.0
 TOP = 4.0
@@ -18,7 +20,7 @@ _SCALE = 0.8
 
 
 def page_of(time: float, start: float, end: float) -> tuple[float, float]:
-    """Return from when to when the picture goes that shows a time of a replay; all in s.
+    """Return the span of the picture that shows a time of a replay; all in s.
 
     Args:
         time: to be shown.
@@ -34,10 +36,10 @@ def page_of(time: float, start: float, end: float) -> tuple[float, float]:
 
 
 def samples(page: tuple[float, float], start: float, period: float, n_frames: int, *, step: int = 1) -> slice:
-    """Return which of a replay's frames a picture shows, the one where it begins among them.
+    """Return which of a replay's frames a picture shows, from the one where it begins.
 
     Args:
-        page: from when to when it goes, in s.
+        page: the span of the picture, in s.
         start: of the replay, one ``period`` before its first frame, in s.
         period: between two frames, in s.
         n_frames: simulated so far.
@@ -56,7 +58,7 @@ def render(
         times: (T,) of the samples, in s.
         commanded: (T, modules) contraction that the servos were told, 0 released to 1; NaN while off.
         reached: (T, modules) contraction of the modules.
-        page: from when to when it goes, in s.
+        page: the span of the picture, in s.
         head: index of the head module.
     """
     n = commanded.shape[1]
@@ -93,7 +95,8 @@ def render(
                 ' stroke-linejoin="round"/>'
             )
     parts.append(
-        f'<path class="ta-cursor" d="M0 {TOP}V{bottom:.0f}" stroke="#ff5d8f" stroke-width="1.4"/></svg>'
+        f'<path class="ta-cursor" d="M0 {TOP}V{bottom:.0f}" stroke="{theme.SELECTED}"'
+        ' stroke-width="1.4"/></svg>'
     )
     return "".join(parts)
 

@@ -20,9 +20,9 @@ _OUTLINES: Final = {
     "9": "0.1,0 0.4,0.2 0.6,0.6 0.6,0.8 0.4,1 0.2,1 0,0.8 0,0.6 0.2,0.4 0.5,0.5",
 }
 WIDTH: Final = 0.6
-"""Of a digit, in heights of a digit."""
+"""Width of a digit, in heights of a digit."""
 GAP: Final = 0.25
-"""Between two digits, in heights of a digit."""
+"""Gap between two digits, in heights of a digit."""
 
 
 class NumberStrokes:

@@ -17,7 +17,7 @@ BETTER, WORSE = theme.GOOD_TEXT, theme.BAD_TEXT
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Line:
+class ComparedFigure:
     """A figure of original and variant, in cm, None where there is none.
 
     Attributes:
@@ -45,28 +45,32 @@ class Line:
         return change > 0.0 if self.higher_is_better else change < 0.0
 
 
-def compare(config: RunConfig, original: Evaluation, scores: np.ndarray | None, second: int) -> list[Line]:
+def compare(
+    config: RunConfig, original: Evaluation, scores: np.ndarray | None, second: int
+) -> list[ComparedFigure]:
     """Return f_s and every target's score of a robot and its variant.
 
     Args:
         config: of the run.
         original: the robot.
         scores: (targets, repeats) of the variant so far, in m, None before its trials.
-        second: of the trials that they are of; at the trials' end, or where the original's way is not
-            known, the original's are those of its end.
+        second: of the trials, at which the variant has these scores. At the trials' end, or where the
+            original's path is not known, the original's final scores are taken.
     """
     task = get_task(config.task)
     theirs = scores_at(config, original, second)
-    rows = [Line("f_s", _f_s(task.target_distance, theirs), _f_s(task.target_distance, scores), True)]
+    rows = [
+        ComparedFigure("f_s", _f_s(task.target_distance, theirs), _f_s(task.target_distance, scores), True)
+    ]
     for k, name in enumerate(task.target_names):
-        rows.append(Line(name, _mean(theirs[k]), None if scores is None else _mean(scores[k])))
+        rows.append(ComparedFigure(name, _mean(theirs[k]), None if scores is None else _mean(scores[k])))
     return rows
 
 
 def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarray:
     """Return the (targets, repeats or 1) scores of a recorded robot at a second of its trials, in m.
 
-    Before the end they follow from its recorded trajectory, the mean over its noise seeds.
+    Before the end they follow from its recorded trajectory, which is the mean over its noise seeds.
     """
     task, path = get_task(config.task), original.trajectory
     if (
@@ -79,20 +83,20 @@ def scores_at(config: RunConfig, original: Evaluation, second: int) -> np.ndarra
     return original.distances
 
 
-def render_table(lines: list[Line], heading: str, failure: str | None = None) -> str:
+def render_table(figures: list[ComparedFigure], heading: str, failure: str | None = None) -> str:
     """Return the table of a comparison.
 
     Args:
-        lines: of the table.
-        heading: what the figures are of.
+        figures: the rows of the table.
+        heading: what the figures belong to.
         failure: why the variant has no fitness, or None.
     """
     body = "".join(
         f'<tr style="{"font-weight:650;font-size:13.5px" if k == 0 else ""}">'
-        f'<td style="padding:1px 0;white-space:nowrap">{_name(line.what)}</td>'
-        f"<td{_RIGHT}>{_number(line.original)}</td><td{_RIGHT}>{_number(line.variant)}</td>"
-        f'<td style="text-align:right;color:{_tint(line)}">{_signed(line.change)}</td></tr>'
-        for k, line in enumerate(lines)
+        f'<td style="padding:1px 0;white-space:nowrap">{_name(figure.what)}</td>'
+        f"<td{_RIGHT}>{_number(figure.original)}</td><td{_RIGHT}>{_number(figure.variant)}</td>"
+        f'<td style="text-align:right;color:{_tint(figure)}">{_signed(figure.change)}</td></tr>'
+        for k, figure in enumerate(figures)
     )
     failed = (
         f'<div style="color:{theme.BAD_TEXT};padding-top:4px">the simulation failed:'
@@ -133,7 +137,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
             was = module < original.n_modules and original.faces[module] == face
             fill = "rgba(128,128,128,.18)"
             if chosen:
-                fill = _css(theme.ACCENT) if was else theme.LINKED
+                fill = theme.css(theme.ACCENT) if was else theme.LINKED
             ring = ' stroke="currentColor" stroke-opacity=".75"' if was and not chosen else ""
             parts.append(
                 f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
@@ -184,11 +188,7 @@ def _signed(value: float | None) -> str:
     return f"{value:+.1f}" if abs(value) >= 0.05 else "0.0"
 
 
-def _tint(line: Line) -> str:
-    if line.change is None or abs(line.change) < 0.05:
+def _tint(figure: ComparedFigure) -> str:
+    if figure.change is None or abs(figure.change) < 0.05:
         return "inherit"
-    return BETTER if line.is_better else WORSE
-
-
-def _css(color: tuple[int, int, int]) -> str:
-    return f"rgb({color[0]},{color[1]},{color[2]})"
+    return BETTER if figure.is_better else WORSE

@@ -46,7 +46,7 @@ def render(n: int, budget: int, *, speed: float | None, n_failed: int) -> str:
 
 
 def render_trouble(last_words: Sequence[str]) -> str:
-    """Return what to say of a run whose process ended other than it should.
+    """Return the notice of a run whose process ended before the run was complete.
 
     Args:
         last_words: the last lines of its log.

@@ -16,7 +16,7 @@ COLUMN, ROW = 206, 72
 PLOT_WIDTH, PLOT_HEIGHT = 158, 40
 LEFT, TOP, BOTTOM = 30, 20, 14
 COLORS: Final = ("var(--ta-first,#2fa592)", "var(--ta-second,#d08b34)")
-"""Of the first and of the second archive: legible on dark and on light ground."""
+"""Colours of the first and of the second archive: legible on dark and on light ground."""
 MAX_POINTS: Final = 160
 """Generations that are drawn; more would lie on the same pixels."""
 
@@ -94,7 +94,7 @@ def _plot(
 ) -> str:
     measure, (left, top) = MEASURES[k], _corner(k)
     series = {name: [(p, _value(p, name, measure)) for p in points] for name in archives}
-    y = _Scale([v for values in series.values() for _, v in values if v is not None], measure)
+    y = _ValueAxis([v for values in series.values() for _, v in values if v is not None], measure)
     parts = []
     for part in (0.0, 1.0):
         line = top + PLOT_HEIGHT * (1 - part)
@@ -178,7 +178,7 @@ def _across(points: Sequence[Generation]) -> Callable[[int], float]:
 
 
 def _thinned(points: list[Generation]) -> list[Generation]:
-    """Return evenly many of them, the first and the last among them."""
+    """Return some of them at even intervals, from the first to the last."""
     if len(points) <= MAX_POINTS:
         return points
     step = (len(points) - 1) / (MAX_POINTS - 1)
@@ -197,7 +197,7 @@ def _times_100(value: float | None) -> float | None:
     return None if value is None else 100 * value
 
 
-class _Scale:
+class _ValueAxis:
     """A vertical axis that holds its values, of which there is at least one, with a little room."""
 
     def __init__(self, values: Sequence[float], measure: Measure) -> None:

@@ -1,6 +1,5 @@
 """Campaigns: real runs in processes of their own."""
 
-import json
 import os
 import signal
 import subprocess
@@ -87,14 +86,20 @@ def test_another_run_in_the_place_of_one_is_not_touched(campaign, small_run, cap
 
 def test_a_run_that_cannot_be_made_is_named_and_the_others_are(campaign, capsys):
     file, out = campaign
-    file.write_text(CAMPAIGN.replace("[config]", "[config]\nphysics = {timestep = 0.02}"))
+    variant = '[variants.coarse]\nalgorithm = "dm-me"\nphysics = {timestep = 0.02}\n'
+    file.write_text(CAMPAIGN.replace('"dm-me"', '"coarse"') + variant)
     with pytest.raises(SystemExit) as caught:
         main(command(campaign))
     assert caught.value.code == 1
-    said = capsys.readouterr().err
-    assert "goal-reaching_dm-me_1.tsmr: physics" in said or "timestep" in said
-    assert "goes on with what is unfinished" in said
-    assert not list(out.glob("*.tsmr"))
+    said = capsys.readouterr().err.splitlines()
+    (named,) = [line for line in said if line.startswith("tensatlas: ")]
+    assert named.startswith("tensatlas: goal-reaching_coarse_1.tsmr: physics: timestep 0.02 s is too large")
+    assert named.endswith(f"(see {out / 'goal-reaching_coarse_1.log'})")
+    assert said[-1] == "The same command goes on with what is unfinished."
+    assert [p.name for p in out.glob("*.tsmr")] == ["goal-reaching_map-elites_1.tsmr"]
+    with RunReader(out / "goal-reaching_map-elites_1.tsmr") as reader:
+        assert reader.n_evaluations() == 10
+    assert not (out / "report").exists()
 
 
 @pytest.mark.parametrize(
@@ -111,15 +116,3 @@ def test_flags_out_of_range_get_one_line(campaign, capsys, flags, message):
         main(command(campaign, *flags))
     assert caught.value.code == 2
     assert message in capsys.readouterr().err
-
-
-def test_evolve_with_processes_says_what_computed(tmp_path, capsys):
-    path = tmp_path / "run.tsmr"
-    flags = "--preset smoke --evaluations 8 --initial 6 --batch-size 2 --workers 2".split()
-    main(["evolve", str(path), *flags, "--trials.trial-time", "1.0"])
-    capsys.readouterr()
-    main(["info", str(path), "--json"])
-    (computer,) = json.loads(capsys.readouterr().out)["computed_on"]
-    assert computer["evaluations"] == 8
-    main(["info", str(path)])
-    assert "computed on" in capsys.readouterr().out

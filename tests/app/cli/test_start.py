@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-SLOW = "sklearn pandas scipy.stats plotly.graph_objects viser distributed reportlab pyarrow".split()
+SLOW = "sklearn pandas scipy.stats plotly viser distributed reportlab pyarrow PIL shapely trimesh viz".split()
 """Packages that take long to import: only commands that need them may wait for them."""
 
 

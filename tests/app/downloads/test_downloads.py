@@ -119,6 +119,18 @@ def test_whatever_a_browser_claims_to_remember_becomes_names_and_numbers(text):
         assert number >= 0
 
 
+almost = st.tuples(
+    st.text(max_size=3) | json_values,
+    st.integers(-5, 5) | st.sampled_from([10**9 - 1, 10**9, True, False, 1.0, "1", None]),
+)
+
+
+@given(st.lists(almost, max_size=8))
+def test_of_what_a_browser_claims_to_remember_only_names_with_whole_numbers_are_kept(claimed):
+    sound = [(n, k) for n, k in claimed if isinstance(n, str) and type(k) is int and 0 <= k < 10**9]
+    assert parse_memory(json.dumps(claimed)) == list(dict.fromkeys(sound))
+
+
 def test_a_memory_without_end_is_none():
     assert parse_memory("[" * 50_000) == []
     assert parse_memory(json.dumps([["x" * 30_000, 1]])) == []

@@ -19,9 +19,9 @@ from engine.errors import InvalidData
 from engine.search.axes import Axis
 from engine.storage.reader import RunReader
 from tests.support.grid_run import grid_cell
-from viz.maps.heatmap import Ring
 from viz.maps.layouts import ONLY, layouts
-from viz.maps.map_pictures import Picture
+from viz.maps.map_parts import Ring
+from viz.maps.map_pictures import MapPicture
 
 ALL = (-20.0, 20.0)
 """A scale for all runs, in cm."""
@@ -32,7 +32,7 @@ class Panel:
 
     def __init__(self) -> None:
         self.offered: tuple[Any, ...] = ()
-        self.pictures: dict[str, Picture] = {}
+        self.pictures: dict[str, MapPicture] = {}
         self.rings: dict[str, Ring | None] = {}
         self.notices: list[tuple[str, str]] = []
 
@@ -42,7 +42,7 @@ class Panel:
     def offer_views(self, *offered: Any) -> None:
         self.offered = offered
 
-    def show_maps(self, pictures: Sequence[Picture], rings: Sequence[Ring | None]) -> None:
+    def show_maps(self, pictures: Sequence[MapPicture], rings: Sequence[Ring | None]) -> None:
         self.pictures = {p.view.name: p for p in pictures}
         self.rings = {p.view.name: r for p, r in zip(pictures, rings, strict=True)}
 

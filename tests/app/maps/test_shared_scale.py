@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -18,16 +20,22 @@ def test_a_scale_for_all_runs_of_a_task_holds_the_values_of_all(
     monkeypatch.chdir(tmp_path)
     for run in (small_run, grid_run):
         shutil.copy(run, tmp_path / run.name)
+    # both are of the same robots: let those of one run be 10 cm better
+    with contextlib.closing(sqlite3.connect(tmp_path / grid_run.name)) as db, db:
+        db.execute("UPDATE evaluations SET fitness = fitness - 0.1")
     (tmp_path / "damaged.tsmr").write_text("no run")
     library = Library([tmp_path])
     try:
-        values = []
+        values, alone = [], []
         for name in (small_run.name, grid_run.name):
             with RunReader(tmp_path / name) as reader:
                 contents = load_contents(reader, reader.generations()[-1])
-                values += [e.f_s for content in contents.values() for e in content.elites.values()]
+                found = [e.f_s for content in contents.values() for e in content.elites.values()]
+                values += found
+                alone.append(color_limits(found))
         shared = SharedScale(library)
         readers = [library.reader((tmp_path / run.name).resolve()) for run in (small_run, grid_run)]
         assert [shared.limits(reader) for reader in readers] == [color_limits(values)] * 2
+        assert color_limits(values) not in alone
     finally:
         library.close()

@@ -47,6 +47,7 @@ def test_frames_come_in_order_up_to_the_end(
     wait(lambda: not player.playing)
     indices = [i for r, i in shown if r is replay]
     assert indices == sorted(indices)
+    assert (indices[0], indices[-1]) == (0, len(replay.frames) - 1)
     assert player.time == pytest.approx(2.0)
     frame = current_frame(player)
     assert frame is not None

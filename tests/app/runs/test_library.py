@@ -49,11 +49,17 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     assert "broken.py, line 1" in str(library.facts(path).problem)
 
 
-def test_a_replaced_file_is_read_anew(library: Library, tmp_path: Path, small_run: Path) -> None:
+def test_a_replaced_file_is_read_anew(
+    library: Library, tmp_path: Path, small_run: Path, grid_run: Path
+) -> None:
     path = tmp_path / "a.tsmr"
     shutil.copy(small_run, path)
     assert library.status(path).n_evaluations == 18
-    assert library.reader(path) is library.reader(path)
+    first = library.reader(path)
+    assert library.reader(path) is first
+    Path(shutil.copy(grid_run, tmp_path / "b.tsmr")).replace(path)
+    assert library.reader(path) is not first
+    assert set(library.reader(path).generations()[-1].archives) == {"grid"}
     path.unlink()
     with pytest.raises(RunFileError, match="does not exist any more"):
         library.reader(path)

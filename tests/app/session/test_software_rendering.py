@@ -44,6 +44,7 @@ def test_only_a_browser_that_draws_in_software_goes_without_shadows(small_run: P
             browser.set("graphics", "Apple GPU|1")
             browser.wait(html_with("taArrived"), mark)
             time.sleep(0.5)
+        assert heard
         assert not [message for message in heard if lights(message)]
         with SyntheticBrowser(address) as browser:
             browser.set("graphics", f"{SWIFTSHADER}|1")

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
-from engine.config import replaced
 from engine.errors import InvalidData, RunFileError
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter, is_being_written
@@ -55,21 +54,6 @@ def test_a_run_killed_three_times_ends_like_an_undisturbed_one(simulated_run, tm
     assert 9 <= saved[2][0] <= 10
     engine.runs.evolve.resume(path, n_threads=2)
     assert hash_of(path) == hash_of(simulated_run)
-
-
-def test_a_trial_that_ends_within_a_control_period_of_a_second_can_be_read(tmp_path):
-    try:
-        config = replaced(
-            TINY,
-            evaluations=2,
-            initial=2,
-            trials=dataclasses.replace(TINY.trials, trial_time=1.995),
-        )
-    except InvalidData:
-        return  # refusing it is as good
-    evolve(tmp_path / "run.tsmr", config)
-    with RunReader(tmp_path / "run.tsmr") as reader:
-        assert len(reader.all_evaluations()) == 2
 
 
 # ---- made-up figures

@@ -1,4 +1,4 @@
-"""Runs of every algorithm but plain DM-ME, whose runs ``test_run.py`` has."""
+"""Runs of every algorithm but plain DM-ME, whose runs ``test_evolve.py`` has."""
 
 import sqlite3
 

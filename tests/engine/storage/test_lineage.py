@@ -40,7 +40,7 @@ def test_nobody_has_no_lineage(small_reader: RunReader) -> None:
         small_reader.lineage(999)
 
 
-@pytest.mark.parametrize("parent", [17, 12, "12", 2.5, b"x", 10**18])
+@pytest.mark.parametrize("parent", [17, 12, "12", 2.5, 10**18, b"x"])
 def test_a_file_that_lies_about_parents_does_not_lead_in_circles(
     small_run: Path, tmp_path: Path, parent: object
 ) -> None:
@@ -50,11 +50,11 @@ def test_a_file_that_lies_about_parents_does_not_lead_in_circles(
         db.execute("UPDATE evaluations SET parent = ? WHERE number = 12", (parent,))
     db.close()
     with RunReader(path) as reader:
-        try:
-            line = reader.lineage(12)
-        except RunFileError as e:
-            assert "damaged" in str(e)  # noqa: PT017 - either is right
+        if isinstance(parent, bytes):  # no number at all
+            with pytest.raises(RunFileError, match="damaged"):
+                reader.lineage(12)
         else:
+            line = reader.lineage(12)
             assert [a.number for a in line] == [12]
             assert not line[-1].is_founder
 

@@ -113,12 +113,14 @@ def test_a_writer_whose_lock_was_removed_or_taken_stops(tmp_path, taken):
     assert os.listdir(tmp_path) == ["run.tsmr"]
 
 
+TEXTS = ("host", "boot", "since", "command", "key")
+said = st.recursive(st.none() | st.integers() | st.text(), st.lists)
+
+
 @examples(50)
 @given(
     st.binary(max_size=200)
-    | st.recursive(st.none() | st.integers() | st.text(), st.lists).map(
-        lambda v: json.dumps({"pid": v, "host": v, "boot": v, "since": v, "command": v, "key": v}).encode()
-    )
+    | st.fixed_dictionaries(dict.fromkeys(("pid", *TEXTS), said)).map(lambda v: json.dumps(v).encode())
 )
 def test_whatever_a_lock_file_says_it_is_one_line(tmp_path, content):
     path = tmp_path / "run.tsmr"
@@ -126,3 +128,20 @@ def test_whatever_a_lock_file_says_it_is_one_line(tmp_path, content):
     holder = holder_of(path)
     assert holder is None or str(holder).isprintable()
     is_being_written(path)
+
+
+@examples(50)
+@given(st.integers(1, 2**31 - 1), st.fixed_dictionaries(dict.fromkeys(TEXTS, said)))
+def test_a_holder_is_one_line_whatever_it_is_called(tmp_path, pid, texts):
+    path = tmp_path / "run.tsmr"
+    lock_path(path).write_text(json.dumps({"pid": pid, **texts}))
+    holder = holder_of(path)
+    assert holder.pid == pid
+    assert str(holder).isprintable()
+    assert len(str(holder)) < 700
+
+
+def test_a_holder_cannot_break_its_line(tmp_path):
+    path = tmp_path / "run.tsmr"
+    leave(path, dataclasses.replace(ELSEWHERE, host="a\nb", command="\x1b[2Jrm\u2028x"))
+    assert (holder_of(path).host, holder_of(path).command) == ("a?b", "?[2Jrm?x")

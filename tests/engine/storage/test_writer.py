@@ -75,6 +75,14 @@ def read_everything(path):
         return reader.canonical_hash()
 
 
+def everything_in(path):
+    """Return all rows of all tables."""
+    db = sqlite3.connect(path)
+    rows = list(db.iterdump())
+    db.close()
+    return rows
+
+
 # ---- records
 
 
@@ -662,4 +670,9 @@ def test_a_finished_run_of_an_older_body_is_resumed_to_no_effect(tmp_path):
     write_run(path)
     config = to_json(MADE_UP) | {"physics": OLD_PHYSICS}
     change(path, "UPDATE meta SET value = ? WHERE key = 'config'", json.dumps(config))
-    engine.runs.evolve.resume(path)
+    reports, before = [], everything_in(path)
+    engine.runs.evolve.resume(path, observer=reports.append)
+    assert everything_in(path) == before
+    assert reports
+    assert all(p.n_new == 0 for p in reports)
+    assert [p.name for p in tmp_path.iterdir()] == ["old.tsmr"]

@@ -80,10 +80,11 @@ def test_mujoco_sees_the_same_walls(walls, x, y, degrees):
     )
     got = look(walls, (x, y), degrees)
     assume(got > 0.0)  # from inside a box MuJoCo sees its other side
-    if found < 0.0 or got == math.inf:
-        # a ray that grazes an edge may be judged either way
-        assume((found < 0.0) == (got == math.inf))
-    else:
+    if (found < 0.0) != (got == math.inf):
+        # only a ray that grazes an edge may be judged either way: beside it there are both
+        beside = {look(walls, (x, y), degrees + turned) == math.inf for turned in (-1e-3, 1e-3)}
+        assert beside == {True, False}
+    elif found >= 0.0:
         assert got == pytest.approx(found, abs=1e-6)
 
 

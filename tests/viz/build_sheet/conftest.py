@@ -12,7 +12,7 @@ from engine.fabrication.materials import load_materials
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.provenance import versions
 from engine.tasks import get_task
-from viz.build_sheet.facts import Facts, Place
+from viz.build_sheet.facts import ArchivePlace, Facts
 
 
 @pytest.fixture(scope="session")
@@ -42,7 +42,7 @@ def robots(small_config):
         found[body.n_modules] = Facts(
             run_name="a run <&> with ünusual → name",
             date="2026-11-24",
-            place=Place(archive="morphology", cell=(body.n_modules - 2, 2)),
+            place=ArchivePlace(archive="morphology", cell=(body.n_modules - 2, 2)),
             config=mode,
             evaluation=evaluation,
             trial=simulate_trial(mode, evaluation),

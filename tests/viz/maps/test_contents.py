@@ -12,7 +12,7 @@ from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from viz.maps import axis_labels
 from viz.maps.coloring import AGE, FITNESS, by_number, by_visits
-from viz.maps.contents import Content, Elite, load_contents
+from viz.maps.contents import Content, ShownElite, load_contents
 from viz.maps.layouts import BY_BODY, NESTED, ONLY, PROJECTED, layouts
 from viz.maps.map_pictures import outer_cell, pictures
 
@@ -21,8 +21,8 @@ PCA = (Axis("PCA 1", -4.5, 4.5, 9), Axis("PCA 2", -5.0, 5.0, 10))
 PER_MODULE = (BODY[0], Axis("softest", 0.05, 1.05, 10), Axis("stiffest", 0.05, 1.05, 10))
 
 
-def elite(number: int, f_s: float, generation: int = 0) -> Elite:
-    return Elite(number, f_s, generation, Morphology(4, (1, 2, 3)))
+def elite(number: int, f_s: float, generation: int = 0) -> ShownElite:
+    return ShownElite(number, f_s, generation, Morphology(4, (1, 2, 3)))
 
 
 GRID = Content(

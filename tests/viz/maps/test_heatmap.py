@@ -5,7 +5,8 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.search.axes import Axis
-from viz.maps.heatmap import LEFT, Heatmap, Ring, Tile, render
+from viz.maps.heatmap import Heatmap, render
+from viz.maps.map_parts import LEFT, Ring, Tile
 from viz.maps.scale import NO_VALUE, Scale
 
 AXES = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))

@@ -8,7 +8,7 @@ import pytest
 
 from engine.search.archive import Cell
 from engine.search.axes import Axis
-from viz.maps.heatmap import Ring, Tile
+from viz.maps.map_parts import Ring, Tile
 from viz.maps.nested import MARK, Geometry, NestedMap, render, ring_style
 from viz.maps.scale import Scale
 

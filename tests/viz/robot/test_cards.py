@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import random
+from collections import Counter
 from xml.etree import ElementTree
 
 import pytest
@@ -62,8 +63,16 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     texts = [t.text for t in svg.iter("text")]
     assert sum(t == "0.5 Hz" for t in texts) == n_modules
     assert {str(k + 1) for k in range(n_modules)} <= set(texts)
-    direct = [c for c in controller.connections if c.enabled and c.target in outputs]
-    assert len(list(svg.iter("line"))) >= len(direct)
+    enabled = [c for c in controller.connections if c.enabled]
+    leading = set(outputs)
+    while more := {c.source for c in enabled if c.target in leading} - leading:
+        leading |= more
+    expressed = Counter(f"{c.weight:.3f}" for c in enabled if c.target in leading)
+    drawn = Counter(line.find("title").text.rsplit(": ")[-1] for line in svg.iter("line"))
+    assert drawn == expressed
+    # some lead through hidden nodes, and some lead nowhere that is drawn, or are switched off
+    assert any(c.target not in outputs for c in enabled if c.target in leading)
+    assert expressed.total() < len(controller.connections)
 
 
 def test_card_lists_unlike_stiffnesses(small_reader: RunReader) -> None:

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from engine.replay.recording import frame_at
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
-from viz.robot.drawn_replay import AT_ONCE, DrawnReplay
-from viz.robot.geometry import RobotGeometry
+from viz.robot.geometry import AT_ONCE, DrawnReplay, RobotGeometry
 
 
 def begun(run: Path, until: float) -> Replay:

@@ -10,6 +10,7 @@ from engine.body.morphology import Morphology
 from engine.simulation.model import build_robot, module_placements
 from engine.simulation.physics import Physics
 from viz.robot.geometry import RobotGeometry
+from viz.robot.skeleton import Skeleton
 
 BODY = Morphology(5, (3, 6, 1))
 
@@ -32,6 +33,14 @@ def test_everything_is_drawn_where_it_was_built(pose: np.ndarray) -> None:
         for (a, b), ends in zip(t.CABLES, cables, strict=False):
             gap = np.linalg.norm(ends - (centre + turn.apply(t.NODES[[a, b]])), axis=1)
             np.testing.assert_allclose(gap, t.ANCHOR_OFFSET, atol=1e-6)
+
+
+def test_a_skeleton_is_where_it_was_built(pose: np.ndarray) -> None:
+    posed, placed = Skeleton.settled(pose), Skeleton.placed(module_placements(BODY))
+    for name in ("nodes", "arms", "cables", "servo_cables", "rods", "centres"):
+        np.testing.assert_allclose(getattr(posed, name), getattr(placed, name), atol=1e-6)
+    lifted = placed.moved(lambda points: points + np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(lifted.servo_cables[..., 2], placed.servo_cables[..., 2] + 1.0)
 
 
 def test_cables_are_as_long_as_mujocos() -> None:

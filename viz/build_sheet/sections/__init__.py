@@ -1,1 +1,18 @@
-"""sections."""
+"""The sections of a build sheet: one file for each, whose ``pages`` returns what is printed.
+
+A section imports no other one; what several need lies in ``viz/build_sheet/``. To add a section, imitate
+``sources`` and put it into the list in ``sheet``. In the order of the pages:
+
+1. ``title``: which robot this is, how it looks, how to use the sheet.
+2. ``performance``: what to expect of it.
+3. ``drawings``: the settled robot from above and from the side.
+4. ``shopping``: what to order and what to print.
+5. ``bill_of_materials``: its parts, tools, and whether it weighs what was simulated.
+6. ``cut_list``: rods, passive cables, and the pull test.
+7. ``net``: nodes and faces of a module's net.
+8. ``assembly``: how one module is built, step by step.
+9. ``joining``: how the modules are joined.
+10. ``wiring``: wiring, program, pin map, cable lengths.
+11. ``checks``: safety, tolerances, checks.
+12. ``sources``: where the numbers come from.
+"""

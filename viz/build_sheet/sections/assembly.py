@@ -9,32 +9,32 @@ from typing import Final
 import numpy as np
 from reportlab.lib.colors import Color
 from reportlab.platypus import Flowable, Paragraph, Table, TableStyle
+from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.fabrication import tolerances
-from engine.fabrication.cables import CableDesign, design_cables
-from engine.fabrication.contraction import contraction
-from engine.fabrication.floating_module import floating_module
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.cables import CableDesign, design_cables
+from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.net import EYELET_HOLE
-from engine.fabrication.servo_parts import ROD_DIAMETER, elastic_length
-from engine.fabrication.shapes import notch_angles
+from engine.fabrication.parts.net import EYELET_HOLE
+from engine.fabrication.parts.servo_parts import ROD_DIAMETER, elastic_length
+from engine.fabrication.parts.shapes import notch_angles
 from engine.simulation.model import GRAVITY
-from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body
+from viz.build_sheet import blocks, bodies, style
+from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
+from viz.build_sheet.details import draw_drum, draw_rod_end
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
-from viz.build_sheet.sections.details import draw_drum, draw_rod_end
-from viz.build_sheet.sections.parts import module_names
+from viz.build_sheet.scene import Ball, SceneView, Tube, clearest, paint
 from viz.build_sheet.style import Paper
+from viz.robot.skeleton import Skeleton
 
 CAMERA: Final = clearest(t.NODES, range(-44, 46, 4), range(12, 40, 3))
 CHECK: Final = "Check the module"
 PAIRS: Final = ((0, 1), (2, 3), (4, 5))
 """Parallel rods; the pairs are perpendicular to each other."""
-MODULE: Final = Body.placed([lambda p: p], (1,))
+MODULE: Final = Skeleton.placed([(Rotation.identity(), np.zeros(3))])
 """One module as built, in its own frame."""
 
 
@@ -80,11 +80,10 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 _contraction(facts, paper.inner_width),
                 blocks.gap(2),
                 blocks.note(
-                    "Simulated, without weight: hold the module by rod 0 and measure with calipers"
-                    " from cap to"
-                    " cap, where the cables leave (the node). <b>Shrinks too little:</b> a line slips or is"
-                    " too long at 0°, its elastic is too soft, or the cables are too stiff. <b>Too much, or"
-                    " a0 is off already:</b> a line is too short, or the cables are too soft. If the lines"
+                    "Simulated, without weight: hold the module by rod 0 and measure with calipers from cap"
+                    " to cap, where the cables leave (the node). <b>Shrinks too little:</b> a line slips or"
+                    " is too long at 0°, its elastic is too soft, or the cables are too stiff. <b>Too much,"
+                    " or a0 is off already:</b> a line is too short, or the cables are too soft. If the lines"
                     " are right, repeat the pull test with a piece of this module's material and export"
                     " again. Standing on the table a module sags, a soft one by some millimetres: measure in"
                     " the hand."
@@ -104,9 +103,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             " outside), and write the node numbers beside its rings."
         )
         how = (
-            f"A ring's hole of {1000 * EYELET_HOLE:.1f} mm grips the rod of {ROD_DIAMETER:.1f}"
-            " mm: pull it over"
-            " with a crochet hook, with a little soapy water if it sticks."
+            f"A ring's hole of {1000 * EYELET_HOLE:.1f} mm grips the rod of {ROD_DIAMETER:.1f} mm: pull it"
+            " over with a crochet hook, with a little soapy water if it sticks."
         )
     else:
         ready = (
@@ -127,73 +125,62 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         Step(
             "Prepare the rods",
             "Cut six rods (cut list), sand the ends, write the node numbers on both ends: rod 0 has nodes 0"
-            " and 1, rod 1 nodes 2 and 3, and so on up to rod 5 with 10 and 11."
-            f" {ready}",
+            f" and 1, rod 1 nodes 2 and 3, and so on up to rod 5 with 10 and 11. {ready}",
             every,
         ),
         Step(
             "Servo, mount and drum",
-            "On the bench: put the servo into the window of its mount, shaft to the side of"
-            " the ball, and screw"
-            " its ears down. Plug it in and type a0 (“Program”). Press the drum on the shaft, wide end first,"
-            " with a drop of glue on the splines. Knot a line through the hole in the flange"
-            " above each groove"
-            " and lay it round the groove, a quarter to one turn clockwise seen from the ball's side."
-            " Slide the mount on the middle of rod 0, servo towards node 0; it is glued in step 7.",
+            "On the bench: put the servo into the window of its mount, shaft to the side of the ball, and"
+            " screw its ears down. Plug it in and type a0 (“Program”). Press the drum on the shaft, wide end"
+            " first, with a drop of glue on the splines. Knot a line through the hole in the flange above"
+            " each groove and lay it round the groove, a quarter to one turn clockwise seen from the ball's"
+            " side. Slide the mount on the middle of rod 0, servo towards node 0; it is glued in step 7.",
             (),
             detail=lambda pen: draw_drum(pen, materials.servo),
         ),
         Step(
             "First pair: rods 0 and 1",
             f"Pull {rings} of nodes 0 to 3 over the rod ends of these numbers, about 5 mm far: the net stays"
-            f" slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished module"
-            " these two"
-            f" rods are parallel, {_centi(_distance(0, 1))} cm apart.",
+            f" slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished module these"
+            f" two rods are parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
         ),
         Step(
             "Second pair: rods 2 and 3",
             f"{rings[0].upper()}{rings[1:]} of nodes 4 to 7: 4 and 5 on rod 2, 6 and 7 on rod 3. They stand"
-            " across the"
-            " first pair, inside the net. Every cable runs straight from rod to rod, none is twisted round"
-            " another.",
+            " across the first pair, inside the net. Every cable runs straight from rod to rod, none is"
+            " twisted round another.",
             PAIRS[1],
             PAIRS[0],
         ),
         Step(
             "Third pair: rods 4 and 5",
-            f"{rings[0].upper()}{rings[1:]} of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on"
-            " rod 5, across both"
-            " other pairs. Compare every node with the table of neighbours now: later it cannot be changed.",
+            f"{rings[0].upper()}{rings[1:]} of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on rod 5, across"
+            " both other pairs. Compare every node with the table of neighbours now: later it cannot be"
+            " changed.",
             PAIRS[2],
             (*PAIRS[0], *PAIRS[1]),
         ),
         Step(
             "Caps: they stretch the net",
-            "On each end, one rod after the other: a drop of glue into the cap, push it over the rod"
-            f" until the rod meets its bottom. Its sleeve drives the {ring} to {tail}"
-            f" (± {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the"
-            " four notches of"
+            "On each end, one rod after the other: a drop of glue into the cap, push it over the rod until"
+            f" the rod meets its bottom. Its sleeve drives the {ring} to {tail} (±"
+            f" {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the four notches of"
             f" the crown; the two notches {inner:.0f}° apart look to the module's middle, the two"
-            f" {outer:.0f}° apart away from it. Nothing"
-            " is to be tightened: the lengths make the tension. The last ends need most force: a second"
-            " person holds the rods.",
+            f" {outer:.0f}° apart away from it. Nothing is to be tightened: the lengths make the tension. The"
+            " last ends need most force: a second person holds the rods.",
             (),
             detail=lambda pen: draw_rod_end(pen, design, materials),
         ),
         Step(
             "Internal cables",
-            "Turn the mount until its ball points to the middle between nodes"
-            f" {opposite[0]} and {opposite[1]}, and glue it. Lead each line with a needle into"
-            " the wide hole of"
-            " the ball and out of the hole that looks to its node. Tie on the elastic (“Wiring”) and"
-            " a small loop of line; from first knot to loop's end"
-            f" at most {1000 * elastic_length():.0f} mm. At a0, hang {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g"
-            " on the loop: from"
-            " ball to loop it must measure what the table under “Wiring” says for 0°,"
-            f" ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put the loop over the neck of"
-            " the node's cap."
-            " Tie the servo's wire to rod 0, clear of the lines."
+            f"Turn the mount until its ball points to the middle between nodes {opposite[0]} and"
+            f" {opposite[1]}, and glue it. Lead each line with a needle into the wide hole of the ball and"
+            " out of the hole that looks to its node. Tie on the elastic (“Wiring”) and a small loop of line;"
+            f" from first knot to loop's end at most {1000 * elastic_length():.0f} mm. At a0, hang"
+            f" {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g on the loop: from ball to loop it must measure what"
+            f" the table under “Wiring” says for 0°, ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put"
+            " the loop over the neck of the node's cap. Tie the servo's wire to rod 0, clear of the lines."
             + (
                 f" Glue {1000 * ballast:.1f} g of ballast to rod 0 beside the cap of node 1."
                 if ballast > 0
@@ -206,12 +193,10 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         Step(
             CHECK,
             "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs"
-            f" at right angles. Node to node along a cable it measures {_centi(_span(design))}"
-            " cm. If two cables"
-            " cross, take the last caps off and put the rod in again. Weigh it"
-            f" ({1000 * balance.built / n:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180"
-            " and compare with"
-            " the table below. Write its number on the servo mount.",
+            f" at right angles. Node to node along a cable it measures {_centi(_span(design))} cm. If two"
+            " cables cross, take the last caps off and put the rod in again. Weigh it"
+            f" ({1000 * balance.built / n:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180 and"
+            " compare with the table below. Write its number on the servo mount.",
             (),
             every,
         ),
@@ -228,7 +213,7 @@ def _contraction(facts: Facts, width: float) -> Flowable:
     rows = []
     levels = facts.morphology.stiffness_levels
     for level in dict.fromkeys(levels):
-        modules = module_names([i for i, other in enumerate(levels) if other == level])
+        modules = style.module_names([i for i, other in enumerate(levels) if other == level])
         rows += [
             [
                 modules,
@@ -241,19 +226,6 @@ def _contraction(facts: Facts, width: float) -> Flowable:
         ]
     header = ("modules", "between nodes", "at a0 (mm)", "at a180 (mm)", "may differ (mm)")
     return blocks.grid(header, rows, blocks.columns(width, 24, 19, 19, 19, 19), right=(2, 3, 4))
-
-
-def neighbours(width: float) -> Flowable:
-    """Return the table of which nodes each node is joined to."""
-    cells = []
-    for n in range(len(t.NODES)):
-        others = sorted(b if a == n else a for a, b in t.CABLES if n in (a, b))
-        inner = "yes" if n in t.SERVO_NODES else ""
-        cells.append([str(n), str(n ^ 1), ", ".join(map(str, others)), inner])
-    half = len(cells) // 2
-    rows = [[*a, *b] for a, b in zip(cells[:half], cells[half:], strict=True)]
-    header = ("node", "rod to", "cables to", "internal cable") * 2
-    return blocks.grid(header, rows, blocks.columns(width, 9, 9, 19, 13, 9, 9, 19, 13))
 
 
 def _step(paper: Paper, number: int, step: Step) -> Flowable:
@@ -284,14 +256,14 @@ def _step(paper: Paper, number: int, step: Step) -> Flowable:
 def draw_step(pen: Pen, step: Step) -> None:
     """Draw the picture of a step."""
     body = MODULE
-    view = View.fitting(CAMERA, t.NODES, (16, 14, pen.width - 32, pen.height - 28))
+    view = SceneView.fitting(CAMERA, t.NODES, (16, 14, pen.width - 32, pen.height - 28))
     rods = {*step.new, *step.there}
     things: list[Tube | Ball] = []
     for r in sorted(rods):
         color: Color = style.GHOST
         if r in step.new or step.title == CHECK:
             color = style.SERVO if r == t.SERVO_ROD else style.ROD
-        things.append(body.rod(0, r, color))
+        things.append(bodies.rod(body, 0, r, color))
         things += [
             Ball(body.nodes[0, n], NODE_RADIUS, style.NODE if r in step.new else style.GHOST)
             for n in t.RODS[r]
@@ -304,14 +276,14 @@ def draw_step(pen: Pen, step: Step) -> None:
         fresh = between & set(step.new) or step.title == CHECK
         things.append(Tube(p, q, CABLE_RADIUS, style.CABLE if fresh else style.GHOST))
     if not loose:
-        arm = body.servo(0)
+        arm = bodies.servo(body, 0)
         things += arm if step.servo else arm[:2]
     paint(pen, view, things, thinnest=0.7)
     label_nodes(pen, view, body.nodes[0], sorted(n for r in rods for n in t.RODS[r]))
 
 
 def label_nodes(
-    pen: Pen, view: View, nodes: np.ndarray, which: list[int], *, size: float = 8.0, away: float = 8.5
+    pen: Pen, view: SceneView, nodes: np.ndarray, which: list[int], *, size: float = 8.0, away: float = 8.5
 ) -> None:
     """Write the numbers of nodes beside them, on the side away from the module's middle.
 

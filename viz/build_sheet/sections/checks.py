@@ -6,11 +6,11 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication import tolerances as tol
-from engine.fabrication.cut_lists import cables
+from engine.fabrication.dimensions import tolerances as tol
+from engine.fabrication.dimensions.cut_lists import cables
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import drum_errors
+from engine.fabrication.parts.servo_parts import drum_errors
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper
@@ -36,18 +36,14 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
     energy = sum(0.5 * c.stiffness * (c.assembled - c.rest) ** 2 for c in one)
     return [
         f"<b>Wear eye protection</b> while cables are hooked in. Each cable pulls with up to {tension:.2f} N;"
-        " a finished"
-        f" module holds {energy:.2f} J in its cables, and a rod that slips out flies.",
+        f" a finished module holds {energy:.2f} J in its cables, and a rod that slips out flies.",
         "Never let go of a rod that has only one end in the net. Do not bring a module near your face.",
         f"Servos start without warning and pull up to {t.SERVO_MAX_TENSION:.2f} N per internal cable: keep"
-        " fingers out of"
-        " the module while power is on, and have a switch in the supply that you can reach.",
+        " fingers out of the module while power is on, and have a switch in the supply that you can reach.",
         "If you use a battery instead of a supply: only one with protection against short circuit, never left"
-        " alone"
-        " while it charges, and disconnected during assembly.",
+        " alone while it charges, and disconnected during assembly.",
         "Small parts and thin cords: not for children under 3. Check caps and cables before every use;"
-        " replace a cable"
-        " that shows cracks.",
+        " replace a cable that shows cracks.",
         "Glue (cyanoacrylate) in a ventilated room, with gloves. Sawing or sanding carbon rods needs a mask"
         " and water.",
     ]
@@ -70,8 +66,7 @@ def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
             "Stiffness of a cable",
             _stiffness(facts),
             f"± {100 * tol.STIFFNESS:.0f} %, and all cables of a module alike within"
-            f" {100 * tol.STIFFNESS_WITHIN:.0f} %. The search tells stiffnesses"
-            f" apart by {step:.1f} N/m.",
+            f" {100 * tol.STIFFNESS_WITHIN:.0f} %. The search tells stiffnesses apart by {step:.1f} N/m.",
             "assumed",
         ],
         [
@@ -119,16 +114,14 @@ def _checks(facts: Facts, width: float) -> Flowable:
     checks = [
         (
             "Pull test",
-            "The coupon or cord, pulled as “Pull test of the cable material” says, has the"
-            " stated force within"
-            f" {100 * tol.STIFFNESS:.0f} %. If not: enter the measurement into the materials file and export"
-            " again, before anything else is made.",
+            "The coupon or cord, pulled as “Pull test of the cable material” says, has the stated force"
+            f" within {100 * tol.STIFFNESS:.0f} %. If not: enter the measurement into the materials file and"
+            " export again, before anything else is made.",
         ),
         (
             "Every servo",
-            f"From a0 to a180 it turns by 180° ± {tol.TRAVEL:.0f}°, counter-clockwise seen from"
-            " its shaft, and"
-            " does not hum at the ends. If not: steps 4 and 5 of “Program”.",
+            f"From a0 to a180 it turns by 180° ± {tol.TRAVEL:.0f}°, counter-clockwise seen from its shaft,"
+            " and does not hum at the ends. If not: steps 4 and 5 of “Program”.",
         ),
         (
             "Every internal cable",
@@ -153,16 +146,15 @@ def _checks(facts: Facts, width: float) -> Flowable:
         (
             "Floor",
             "A loose rod with caps, laid along the slope of a tilted piece of the floor, begins to slide at"
-            f" {angle:.0f}° (friction {friction:g}). If not: put paper or cloth on the floor,"
-            " or expect another"
-            " way of crawling.",
+            f" {angle:.0f}° (friction {friction:g}). If not: put paper or cloth on the floor, or expect"
+            " another way of crawling.",
         ),
         (
             "Rhythm",
             "Type g, without anything that tells it where the target is. The monitor says “going: first at"
             f" rest, then crawling” and, after {facts.config.trials.settle_time:g} s, “no target: open loop”:"
-            " every module contracts and"
-            " releases in a steady rhythm; nothing rubs, no line leaves its groove. Type s to stop.",
+            " every module contracts and releases in a steady rhythm; nothing rubs, no line leaves its"
+            " groove. Type s to stop.",
         ),
         (
             "Closed loop",

@@ -9,28 +9,25 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import Body
+from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Camera, View, paint
+from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
 from viz.build_sheet.style import Paper
 
-FROM_ABOVE = Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-FROM_THE_SIDE = Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+FROM_ABOVE = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+FROM_THE_SIDE = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
 POINTS_PER_M = 72 / 0.0254
 SCALES = (1, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 _WORDS = (
     "<b>Module</b>: a ball of six rods that do not touch, held by 24 cables (a tensegrity). <b>Node</b>: the"
-    " end of a"
-    " rod, 0 to 11 in every module.",
+    " end of a rod, 0 to 11 in every module.",
     "<b>Passive cable</b>: one of the 24 elastic cables of a module. <b>Internal cable</b>: one of the five"
-    " lines that"
-    " the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join another"
-    " module.",
+    " lines that the servo pulls. <b>Face</b>: a triangle of three passive cables, 1 to 8, that can join"
+    " another module.",
     "<b>Head</b>: the module at the end that goes first. <b>Cell</b>: the robot's place on a map of many;"
-    " only good to"
-    " find it again.",
+    " only good to find it again.",
 )
 
 
@@ -47,10 +44,9 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.heading("Drawings: the whole robot, settled"),
         blocks.body(
             f"Scale 1:{scale:g}, measures in cm. This is the simulated robot"
-            f" {facts.config.trials.settle_time:g} s"
-            " after being set down, servos released: gravity has sagged it. A finished robot is checked"
-            " against"
-            " these measures (see “Checks”). Colours are those of the first page."
+            f" {facts.config.trials.settle_time:g} s after being set down, servos released: gravity has"
+            " sagged it. A finished robot is checked against these measures (see “Checks”). Colours are those"
+            " of the first page."
         ),
         blocks.together([blocks.subheading("From above"), plan]),
         blocks.together([blocks.subheading("From the side (seen from the robot's right)"), side]),
@@ -59,24 +55,19 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     ]
 
 
-def _levelled(facts: Facts) -> Body:
-    body, level = facts.body, facts.level
-    return Body(level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces)
-
-
 def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
-    body = _levelled(facts)
+    body = facts.levelled
     low, high = facts.extent()
-    view = View(FROM_ABOVE, size, np.array([37 - size * low[0], 40 - size * low[1]]))
-    paint(pen, view, body.things(head=facts.head.module), thinnest=0.4)
+    view = SceneView(FROM_ABOVE, size, np.array([37 - size * low[0], 40 - size * low[1]]))
+    paint(pen, view, robot(facts), thinnest=0.4)
     x0, y0 = view.at(low)
     x1, y1 = view.at(high)
     pen.dimension((x0, y0 - 32), (x1, y0 - 32), f"{100 * (high - low)[0]:.1f}", ticks=(y0, y0))
     pen.dimension((x1 + 16, y0), (x1 + 16, y1), f"{100 * (high - low)[1]:.1f}", ticks=(x1, x1))
-    centres = body.nodes.mean(axis=1)
+    centres = body.centres
     for i, centre in enumerate(centres):
         x, _ = view.at(centre)
-        name = f"{i} (head)" if i == facts.head.module else str(i)
+        name = facts.module_name(i)
         pen.text(
             x, y1 + 8, name, align="centre", bold=True, color=style.ACCENT if "head" in name else style.INK
         )
@@ -88,16 +79,16 @@ def _draw_plan(pen: Pen, facts: Facts, size: float) -> None:
 
 
 def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
-    body = _levelled(facts)
+    body = facts.levelled
     low, high = facts.extent()
-    view = View(FROM_THE_SIDE, size, np.array([37 - size * low[0], 14.0]))
+    view = SceneView(FROM_THE_SIDE, size, np.array([37 - size * low[0], 14.0]))
     ground = view.at(np.zeros(3))[1]
     pen.line((8, ground), (pen.width - 8, ground), color=style.SOFT, width=0.8)
     x = 10.0
     while x < pen.width - 12:
         pen.line((x, ground), (x - 4, ground - 4), color=style.RULE, width=0.4)
         x += 6
-    paint(pen, view, body.things(head=facts.head.module), thinnest=0.4)
+    paint(pen, view, robot(facts), thinnest=0.4)
     x1, top = view.at(high)
     pen.dimension((x1 + 16, ground), (x1 + 16, top), f"{100 * high[2]:.1f}", ticks=(x1, x1))
     head = facts.head.module
@@ -109,7 +100,7 @@ def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
 
 
 def _heights(facts: Facts, width: float) -> Flowable:
-    body = _levelled(facts)
+    body = facts.levelled
     low, _ = facts.extent()
     rows = []
     for i in range(body.n_modules):
@@ -119,7 +110,7 @@ def _heights(facts: Facts, width: float) -> Flowable:
         centre = nodes.mean(axis=0)
         rows.append(
             [
-                f"{i} (head)" if i == facts.head.module else str(i),
+                facts.module_name(i),
                 f"{100 * (centre[0] - low[0]):.1f}",
                 f"{top / 10:.1f}",
                 f"{100 * centre[2]:.1f}",

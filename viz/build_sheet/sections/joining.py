@@ -7,18 +7,19 @@ from typing import Final
 
 import numpy as np
 from reportlab.lib.colors import white
-from reportlab.platypus import Flowable, Table, TableStyle
+from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication.joints import Joint, joints, orientations
-from engine.fabrication.shapes import LINK_PITCH
+from engine.fabrication.dimensions.joints import Joint, joints, orientations
+from engine.fabrication.parts.shapes import LINK_PITCH
 from engine.simulation.model import module_placements
-from viz.build_sheet import blocks, style
-from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS, Body, moved
+from viz.build_sheet import blocks, bodies, style
+from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Ball, Tube, View, clearest, paint
+from viz.build_sheet.scene import Ball, SceneView, Tube, clearest, paint
 from viz.build_sheet.style import Paper
+from viz.robot.skeleton import Skeleton
 
 APART: Final = 0.055
 """How far modules are pulled apart in the pictures, in m."""
@@ -43,33 +44,27 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.heading(f"Join the {n} modules"),
         blocks.body(
             "Join modules only when each has passed step 8 of its assembly. Lay both down as in the picture"
-            " of their joint. For each of"
-            " the three pairs of nodes in the table, stretch one printed link (parts/link.stl) over the knobs"
-            " at the ends of the two"
-            " caps until it sits on their necks, over the loop of an internal cable if there"
-            " is one; a loop of"
-            f" line, {LINK_PITCH:.1f} mm long, does as well. The link holds the two necks {LINK_PITCH:.1f} mm"
-            f" apart and yields: in the settled simulation joined nodes are"
-            f" {1000 * near:.1f} to {1000 * far:.1f} mm apart. The joint must wiggle. The three pairs alone"
-            " fix which face meets which and in which turn. <b>Face</b> numbers are on the net drawing. The"
-            " column"
-            " “turn” is a check: seen along the chain from module 0, the servo rod of the next module must"
-            " lie"
-            " that much further clockwise."
+            " of their joint. For each of the three pairs of nodes in the table, stretch one printed link"
+            " (parts/link.stl) over the knobs at the ends of the two caps until it sits on their necks, over"
+            f" the loop of an internal cable if there is one; a loop of line, {LINK_PITCH:.1f} mm long, does"
+            f" as well. The link holds the two necks {LINK_PITCH:.1f} mm apart and yields: in the settled"
+            f" simulation joined nodes are {1000 * near:.1f} to {1000 * far:.1f} mm apart. The joint must"
+            " wiggle. The three pairs alone fix which face meets which and in which turn. <b>Face</b> numbers"
+            " are on the net drawing. The column “turn” is a check: seen along the chain from module 0, the"
+            " servo rod of the next module must lie that much further clockwise."
         ),
-        orientation_table(facts, paper.inner_width),
+        _orientation_table(facts, paper.inner_width),
         blocks.gap(3),
         blocks.note(
             f"Module 0 has no module before it and module {n - 1} none after it. The head is module {head},"
-            f" the {front}"
-            f" one; its front, which goes first, is face {_front_face(facts)} (nodes"
+            f" the {front} one; its front, which goes first, is face {_front_face(facts)} (nodes"
             f" {_names(t.FACES[_front_face(facts)])}). Mark it."
         ),
-        _pairs(pictures, paper.inner_width),
+        blocks.in_pairs(pictures, paper.inner_width, 6),
     ]
 
 
-def orientation_table(facts: Facts, width: float) -> Flowable:
+def _orientation_table(facts: Facts, width: float) -> Flowable:
     """Return the orientation table: faces, nodes that meet and the turn of every joint."""
     stand = orientations(facts.morphology)
     rows = []
@@ -99,32 +94,20 @@ def _names(nodes: tuple[int, ...]) -> str:
     return ", ".join(map(str, nodes))
 
 
-def _pairs(pictures: list[Picture], width: float) -> Table:
-    rows = [pictures[k : k + 2] for k in range(0, len(pictures), 2)]
-    rows[-1] += [""] * (2 - len(rows[-1]))  # type: ignore[list-item]
-    table = Table(rows, colWidths=[width / 2, width / 2], hAlign="LEFT")
-    sides = [(f"{side}PADDING", (0, 0), (-1, -1), 0) for side in ("LEFT", "RIGHT")]
-    table.setStyle(TableStyle([*sides, ("TOPPADDING", (0, 0), (-1, -1), 6)]))
-    return table
-
-
 def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     i = joint.module
     places = module_placements(facts.morphology)[i : i + 2]
     shifts = (np.zeros(3), np.array([APART, 0.0, 0.0]))
-    body = Body.placed(
-        [moved(turn, centre + s) for (turn, centre), s in zip(places, shifts, strict=True)],
-        facts.morphology.faces[i : i + 2],
-    )
+    body = Skeleton.placed([(turn, centre + s) for (turn, centre), s in zip(places, shifts, strict=True)])
     met = ([a for a, _ in joint.node_pairs], [b for _, b in joint.node_pairs])
     ends = np.concatenate([body.nodes[0, met[0]], body.nodes[1, met[1]]])
     camera = clearest(ends, range(-36, 40, 4), range(6, 36, 3))
     pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
-    view = View.fitting(camera, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
+    view = SceneView.fitting(camera, body.nodes.reshape(-1, 3), (16, 16, pen.width - 32, pen.height - 54))
     things: list[Tube | Ball] = []
     for k in (0, 1):
         for r in range(len(t.RODS)):
-            things.append(body.rod(k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))
+            things.append(bodies.rod(body, k, r, style.SERVO if r == t.SERVO_ROD else style.GHOST))
         face = set(met[k])
         for (a, b), (p, q) in zip(t.CABLES, body.cables[k], strict=True):
             here = a in face and b in face
@@ -147,11 +130,11 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
     for k in (0, 1):
         x = view.at(body.nodes[k].mean(axis=0))[0]
         top = max(view.at(p)[1] for p in body.nodes[k])
-        name = f"module {i + k}" + (" (head)" if i + k == facts.head.module else "")
+        name = f"module {facts.module_name(i + k)}"
         pen.text(x, min(top + 7, pen.height - 28), name, align="centre", size=8, color=style.SOFT)
 
 
-def _label(pen: Pen, view: View, body: Body, joint: Joint) -> None:
+def _label(pen: Pen, view: SceneView, body: Skeleton, joint: Joint) -> None:
     """Write the joined nodes' numbers beside their links, each on its own module's side."""
     for a, b in joint.node_pairs:
         start, end = np.array(view.at(body.nodes[0, a])), np.array(view.at(body.nodes[1, b]))

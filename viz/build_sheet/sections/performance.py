@@ -32,13 +32,10 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.body(
             f"In the task “{style.escaped(task.name)}” the robot starts {start:.0f} cm from a target and is"
             f" given {trials.trial_time:g} s. It was tried on {task.n_targets} targets,"
-            f" {_times(trials.repeats)}"
-            f" each. <b>f<sub>s</sub> = {signed(100 * facts.f_s, 2)} cm</b> is the starting distance minus"
-            " the fitness,"
-            f" which is the mean over the targets of the trials' score ({style.escaped(task.score_name)})"
-            " plus half of"
-            " what the worst target lies above that mean. More is better; a robot that stays where it is has"
-            " about 0."
+            f" {_times(trials.repeats)} each. <b>f<sub>s</sub> = {signed(100 * facts.f_s, 2)} cm</b> is the"
+            " starting distance minus the fitness, which is the mean over the targets of the trials' score"
+            f" ({style.escaped(task.score_name)}) plus half of what the worst target lies above that mean."
+            " More is better; a robot that stays where it is has about 0."
         ),
         blocks.subheading("Per target, simulated"),
         _targets(facts, paper.inner_width),
@@ -76,8 +73,8 @@ def _spread_note(facts: Facts) -> str:
     noise = f"{1000 * facts.config.physics.servo_noise:.2f} mm"
     rate = 1 / facts.config.physics.control_period
     text = (
-        f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn {rate:.0f} times"
-        " a second. "
+        f"Noise: every commanded cable length errs by {noise} (standard deviation), drawn {rate:.0f} times a"
+        " second. "
     )
     mean = None if facts.robust is None else facts.robust.mean(number)
     if facts.robust is not None and mean is not None:
@@ -114,10 +111,9 @@ def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
                 Picture(paper.inner_width, height, lambda pen: _draw_paths(pen, facts), "paths of the head"),
                 blocks.note(
                     "Left the whole task, right the paths alone, larger. The head starts at the origin and"
-                    " points to"
-                    " the right (x). Crosses are targets, rings the ends of the paths; the number is how much"
-                    " closer"
-                    " the head came to that target." + (" Grey: walls." if _has_walls(facts) else "")
+                    " points to the right (x). Crosses are targets, rings the ends of the paths; the number"
+                    " is how much closer the head came to that"
+                    " target." + (" Grey: walls." if _has_walls(facts) else "")
                 ),
             ]
         ),
@@ -190,21 +186,9 @@ def _draw_plot(
     targets_too: bool,
 ) -> None:
     """Draw the paths towards some targets into a room: left, bottom, width and height in points."""
+    *corner, width, height = room
     pen.canvas.saveState()
-    pen.canvas.translate(room[0], room[1])
-    _plot(pen, facts, targets, walls, room[2], room[3], targets_too)
-    pen.canvas.restoreState()
-
-
-def _plot(
-    pen: Pen,
-    facts: Facts,
-    targets: list[int],
-    walls: tuple[Wall, ...],
-    width: float,
-    height: float,
-    targets_too: bool,
-) -> None:
+    pen.canvas.translate(*corner)
     offsets = 100 * target_offsets(facts.task)[targets]
     path = 100 * facts.evaluation.trajectory.astype(float)[targets]
     standing = [w for w in walls if not w.is_buried]
@@ -260,6 +244,7 @@ def _plot(
             color=style.PATHS[target % len(style.PATHS)],
             halo=True,
         )
+    pen.canvas.restoreState()
 
 
 def _axes(

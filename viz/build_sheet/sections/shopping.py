@@ -8,20 +8,21 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.buildability import problems
+from engine.fabrication.dimensions.cut_lists import stock_plan
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts import printed_parts
-from engine.fabrication.rods import stock_plan
-from engine.fabrication.servo_parts import elastic_length
+from engine.fabrication.parts.printed_parts import printed_parts
+from engine.fabrication.parts.servo_parts import elastic_length
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
 SPARE = 1.25
-"""What is ordered of filament, cord and line against what the robot holds: misprints, brims, knots."""
+"""Filament, cord and line that are ordered, per unit that the robot holds: misprints, brims, knots."""
 
 
-def pages(facts: Facts, materials: Materials, paper: Paper, warnings: list[Flowable]) -> list[Flowable]:
+def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return both lists, below what to know before anybody buys anything."""
     width, printer = paper.inner_width, materials.printer
     soft = materials.cable.form == "printed"
@@ -32,7 +33,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper, warnings: list[Flowa
     )
     return [
         blocks.heading("What to order and to print"),
-        *warnings,
+        *_problems(facts, materials),
         blocks.grid(
             ("to order", "how much", "remarks"),
             _orders(facts, materials),
@@ -60,6 +61,21 @@ def pages(facts: Facts, materials: Materials, paper: Paper, warnings: list[Flowa
             ]
         ),
     ]
+
+
+def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
+    """Return what cannot be made or would not work as asked, before anybody buys anything."""
+    found: list[Flowable] = []
+    for problem in problems(facts.morphology, materials):
+        where = style.module_names(problem.modules)
+        cures = "; or ".join(style.escaped(p) for p in problem.proposals)
+        text = style.escaped(problem.text)
+        found.append(
+            blocks.warning(
+                f"<b>Cannot be made as asked (modules {where}).</b> {text} What would work: {cures}."
+            )
+        )
+    return found
 
 
 def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
@@ -94,8 +110,8 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         [
             style.escaped(motor.model),
             str(n),
-            f"{motor.torque:g} N m at {motor.voltage:g} V; measure it:"
-            " clones differ, the mount follows materials.toml",
+            f"{motor.torque:g} N m at {motor.voltage:g} V; measure it: clones differ, the mount follows"
+            " materials.toml",
         ],
     ]
     rows += [

@@ -47,12 +47,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.heading("Where the numbers come from"),
         blocks.body(
             "<b>Simulated</b>: the simulation uses the number or computed it. <b>Measured</b>: somebody"
-            " measured it and"
-            " wrote it into the materials file. <b>Assumed</b>: a data sheet's or the designer's; the"
-            " simulation does"
-            " not know it. A number that follows from several is as good as the worst of them. <b>Nothing on"
-            " this sheet"
-            " has been checked on a robot that was built.</b>"
+            " measured it and wrote it into the materials file. <b>Assumed</b>: a data sheet's or the"
+            " designer's; the simulation does not know it. A number that follows from several is as good as"
+            " the worst of them. <b>Nothing on this sheet has been checked on a robot that was built.</b>"
         ),
         blocks.grid(
             ("number", "source", "where it is written"), rows, blocks.columns(paper.inner_width, 46, 16, 38)
@@ -61,12 +58,10 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         *blocks.bullets(
             [
                 "Rods are rigid; cables have no mass, pull along straight lines, pass through each other and"
-                " never"
-                " break.",
+                " never break.",
                 "The servo is a point from which five cables leave; its body cannot touch anything.",
                 f"Inertia is multiplied by {scale:g}, weights and forces are real: the motion is slow and"
-                " well damped, a"
-                " real robot may bounce more.",
+                " well damped, a real robot may bounce more.",
                 "Controller, power and tether weigh nothing and drag nothing.",
             ]
         ),

@@ -9,9 +9,10 @@ from reportlab.platypus import Flowable, Paragraph
 
 from engine.body import module as t
 from viz.build_sheet import blocks, style
+from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import Camera, Tube, View, paint
+from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
 from viz.build_sheet.style import Paper, signed
 
 QR_SIZE = 92.0
@@ -28,10 +29,10 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         Paragraph(f"Robot {facts.robot_id}", style.TITLE),
         blocks.gap(2),
         blocks.body(
-            f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_kilo(facts.mass)} g,"
-            f" evolved in simulation to {style.escaped(summary)}. This sheet and the folder that it came in"
-            " say all that is needed to build it. To steer to a target it needs something beside it that"
-            " sees where it is (see “What the controller does”)."
+            f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_grams(facts.mass)} g, evolved in"
+            f" simulation to {style.escaped(summary)}. This sheet and the folder that it came in say all that"
+            " is needed to build it. To steer to a target it needs something beside it that sees where it is"
+            " (see “What the controller does”)."
         ),
     ]
     qr = Picture(QR_SIZE, QR_SIZE, lambda pen: _draw_qr(pen, qr_text(facts)), "QR code")
@@ -51,8 +52,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
 
 def qr_text(facts: Facts) -> str:
     """Return what the QR code says: the robot's id, its run and cell, and its address in the explorer."""
-    where = facts.place.name if facts.place else f"evaluation {facts.evaluation.solution.number}"
-    return f"TensAtlas robot {facts.robot_id}\nrun {facts.run_name}\n{where}\n{facts.link}"
+    return f"TensAtlas robot {facts.robot_id}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
 
 
 def _identity(facts: Facts, width: float) -> Flowable:
@@ -69,11 +69,11 @@ def _identity(facts: Facts, width: float) -> Flowable:
             "Size, settled",
             f"{length:.1f} × {breadth:.1f} × {height:.1f} cm",
         ),
-        ("Date of the run", facts.date, "Mass, simulated", f"{_kilo(facts.mass)} g"),
+        ("Date of the run", facts.date, "Mass, simulated", f"{_grams(facts.mass)} g"),
         (
             "Made with",
-            f"TensAtlas {style.escaped(facts.versions.get('tensatlas', '?'))},"
-            f" MuJoCo {style.escaped(facts.versions.get('mujoco', '?'))}",
+            f"TensAtlas {style.escaped(facts.versions.get('tensatlas', '?'))}, MuJoCo"
+            f" {style.escaped(facts.versions.get('mujoco', '?'))}",
             "Comes closer by",
             f"<b>{signed(100 * facts.f_s, 1)} cm</b> in {facts.config.trials.trial_time:g} s, simulated",
         ),
@@ -82,9 +82,8 @@ def _identity(facts: Facts, width: float) -> Flowable:
     table = blocks.grid((), cells, blocks.columns(width, 20, 30, 20, 30))
     code = facts.robot_hash
     line = blocks.note(
-        f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}. The QR code holds"
-        " id, run, cell and"
-        " the robot's address in the explorer."
+        f"SHA-256 of genotypes, task and physics: {code[:32]} {code[32:]}. The QR code holds id, run, cell"
+        " and the robot's address in the explorer."
     )
     return blocks.together([table, blocks.gap(2), line])
 
@@ -99,18 +98,17 @@ def _stiffness(facts: Facts) -> str:
 def _how_to(facts: Facts) -> list[Flowable]:
     n = facts.morphology.n_modules
     steps = [
-        "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %."
-        " Read “Safety”.",
+        "<b>Check the print.</b> The bar below must be exactly 50 mm long. If not, print again at 100 %. Read"
+        " “Safety”.",
         "<b>Order and print</b> what the two lists say, the test pieces first. Do the pull test of the cable"
         " material before you make the cables.",
         "<b>Wire and program</b> the board on the bench and set the pulses of every servo (“Program”): the"
         " assembly needs a servo that stands at 0°.",
-        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody"
-        " has built this robot"
-        f" before: go on to module{'s' if n > 2 else ''} {'1' if n == 2 else f'1 to {n - 1}'} only when it is"
-        " right. Label every module.",
-        "<b>Join them</b> by the orientation table: which node meets which. Another pairing"
-        " is another robot.",
+        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody has built this"
+        f" robot before: go on to module{'s' if n > 2 else ''} {'1' if n == 2 else f'1 to {n - 1}'} only when"
+        " it is right. Label every module.",
+        "<b>Join them</b> by the orientation table: which node meets which. Another pairing is another"
+        " robot.",
         "<b>Run the checks</b>, and only then let it crawl.",
     ]
     return [
@@ -161,37 +159,24 @@ def _draw_qr(pen: Pen, text: str) -> None:
 
 
 def _draw_view(pen: Pen, facts: Facts) -> None:
-    body = facts.body
-    level = facts.level
-    moved = type(body)(
-        level(body.nodes), level(body.arms), level(body.cables), level(body.servo_cables), body.faces
-    )
-    camera = Camera.looking(-22, 26)
-    points = moved.nodes.reshape(-1, 3)
+    body = facts.levelled
+    camera = OrthographicCamera.looking(-22, 26)
+    points = body.nodes.reshape(-1, 3)
     ground = points * np.array([1.0, 1.0, 0.0])
     box = (12, 12, pen.width - 24, pen.height - 42)
-    view = View.fitting(camera, np.concatenate([points, ground]), box, largest=1450)
-    shadows = [
-        Tube(
-            moved.nodes[i, a] * (1, 1, 0), moved.nodes[i, b] * (1, 1, 0), 2 * t.ROD_RADIUS, SHADOW, flat=True
-        )
-        for i in range(moved.n_modules)
-        for a, b in t.RODS
-    ]
-    for s in shadows:
-        pen.line(
-            view.at(s.start), view.at(s.end), color=s.color, width=max(2 * s.radius * view.scale, 1.0), cap=1
-        )
-    paint(pen, view, moved.things(head=facts.head.module))
-    for i in range(moved.n_modules):
-        top = moved.nodes[i][np.argmax(moved.nodes[i] @ camera.up)]
-        centre = view.at(moved.nodes[i].mean(axis=0))
+    view = SceneView.fitting(camera, np.concatenate([points, ground]), box, largest=1450)
+    shadow = max(4 * t.ROD_RADIUS * view.scale, 1.0)
+    for start, end in body.rods.reshape(-1, 2, 3) * (1, 1, 0):
+        pen.line(view.at(start), view.at(end), color=SHADOW, width=shadow, cap=1)
+    paint(pen, view, robot(facts))
+    for i in range(body.n_modules):
+        top = body.nodes[i][np.argmax(body.nodes[i] @ camera.up)]
+        centre = view.at(body.nodes[i].mean(axis=0))
         x, y = centre[0], view.at(top)[1] + 7
-        word = "HEAD · 0" if i == 0 else f"HEAD · {i}"
         pen.text(
             x,
             y,
-            word if i == facts.head.module else str(i),
+            f"HEAD · {i}" if i == facts.head.module else str(i),
             align="centre",
             bold=True,
             size=9,
@@ -199,5 +184,5 @@ def _draw_view(pen: Pen, facts: Facts) -> None:
         )
 
 
-def _kilo(kilograms: float) -> str:
+def _grams(kilograms: float) -> str:
     return f"{1000 * kilograms:.1f}"

@@ -10,10 +10,10 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication import tolerances
-from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH, pin_map
 from engine.fabrication.materials import Materials
-from engine.fabrication.servo_parts import drum_errors, drum_order, groove_radii
+from engine.fabrication.parts.servo_parts import drum_errors, drum_order, groove_radii
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
@@ -24,12 +24,13 @@ PLUS, MINUS, SIGNAL = HexColor("#b3261e"), HexColor("#17212b"), HexColor("#c98a0
 ROW = 21.0
 COMMANDS = (0, 30, 60, 90, 120, 150, 180)
 PULL = 50.0
-"""What is hung on a piece of elastic to try it, in g."""
+"""Weight that is hung on a piece of elastic to try it, in g."""
 
 
-def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Paper) -> list[Flowable]:
-    """Return the section; ``pins`` holds the board's pin for the servo of each module."""
+def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
+    """Return the section."""
     n = facts.morphology.n_modules
+    pins = pin_map(n)
     board = materials.board
     height = 40 + ROW * max(n, 4)
     current = n * materials.servo.stall_current
@@ -38,17 +39,12 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
         blocks.body(
             f"One servo per module ({style.escaped(materials.servo.model)}), all on one"
             f" {materials.servo.voltage:g} V supply; the signal of each comes from a pin of its own. All"
-            " servos"
-            f" blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the supply"
-            " and the"
-            " common wires must bear that. <b>Join the grounds</b> of supply and board. Do not feed servos"
-            " from the"
-            " board's own 5 V pin; the board itself lives on its USB cable. A capacitor of 470"
-            " to 1000 µF across"
-            " the supply keeps the board from resetting. A servo's plug: brown or black is −,"
-            " red +, orange or"
-            " yellow the signal. Tether: thin stranded wire, as long as the way to the target,"
-            " hung from above."
+            f" servos blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the"
+            " supply and the common wires must bear that. <b>Join the grounds</b> of supply and board. Do not"
+            " feed servos from the board's own 5 V pin; the board itself lives on its USB cable. A capacitor"
+            " of 470 to 1000 µF across the supply keeps the board from resetting. A servo's plug: brown or"
+            " black is −, red +, orange or yellow the signal. Tether: thin stranded wire, as long as the way"
+            " to the target, hung from above."
         ),
         Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
         blocks.note(
@@ -67,24 +63,17 @@ def pages(facts: Facts, materials: Materials, pins: Mapping[int, int], paper: Pa
                 blocks.subheading("Internal cables: length between guide and node, by servo command"),
                 _lengths(materials, paper.inner_width),
                 blocks.note(
-                    "0° is released, 180° contracted. Length from the guide's ball to the loop at"
-                    " the node, at"
-                    f" which the cable pulls {t.SERVO_OFFSET:.2f} N"
-                    f" ({1000 * t.SERVO_OFFSET / GRAVITY:.0f} g). A drum winds evenly, which the"
-                    " simulated arm"
-                    " does not: between its ends it is off by up to the last column; nothing to"
-                    " correct. Groove"
-                    " 1 is at the wide end."
+                    "0° is released, 180° contracted. Length from the guide's ball to the loop at the node,"
+                    f" at which the cable pulls {t.SERVO_OFFSET:.2f} N ({1000 * t.SERVO_OFFSET / GRAVITY:.0f}"
+                    " g). A drum winds evenly, which the simulated arm does not: between its ends it is off"
+                    " by up to the last column; nothing to correct. Groove 1 is at the wide end."
                 ),
                 blocks.body(
-                    f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable"
-                    " gives way by"
-                    f" 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls"
-                    f" {t.SERVO_MAX_TENSION:.2f} N at most."
-                    f" Hang {PULL:.0f} g on the piece: it must become"
-                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ±"
-                    f" {100 * tolerances.STIFFNESS:.0f} %. Too"
-                    " much: take a shorter or a double piece; too little: a longer or thinner one."
+                    f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable gives way"
+                    f" by 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls {t.SERVO_MAX_TENSION:.2f} N at"
+                    f" most. Hang {PULL:.0f} g on the piece: it must become"
+                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ± {100 * tolerances.STIFFNESS:.0f} %."
+                    " Too much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
             ]
         ),
@@ -101,19 +90,13 @@ def _controller(facts: Facts) -> list[str]:
     inputs = ", ".join(style.escaped(name) for name in facts.task.inputs)
     return [
         f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in cm,"
-        " angles in rad,"
-        " positive to the left) and gives every module a frequency"
-        f" ({frequencies} Hz) and a phase ({phases}). The servo command is then 90° × (sin(2π × frequency ×"
-        " time +"
-        " phase) + 1).",
+        f" angles in rad, positive to the left) and gives every module a frequency ({frequencies} Hz) and a"
+        f" phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time + phase) + 1).",
         "The robot carries no sensor for these values: something beside it, such as a camera above the floor"
-        " that"
-        " sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without it"
-        " the robot"
-        " keeps the rhythm that it starts with.",
+        " that sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without"
+        " it the robot keeps the rhythm that it starts with.",
         f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
-        " begins to"
-        " move.",
+        " begins to move.",
         f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows"
         " that.",
     ]
@@ -149,20 +132,17 @@ def _program(facts: Facts, materials: Materials) -> list[str]:
     motor = materials.servo
     degrees = motor.travel * (CONTRACTED_PULSE - RELEASED_PULSE) / (motor.pulse_max - motor.pulse_min)
     return [
-        f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB,"
-        " choose board and port,"
-        " upload. If the upload to a copy of a Nano fails, choose the processor “old bootloader”.",
-        "Open the serial monitor at 115200 baud. It says “ready: robot "
-        f"{facts.evaluation.solution.number}; …”. If not: wrong port or baud.",
-        "Supply off: plug the servos in as the pin map says. Supply on: they go to 0° and"
-        " hold. One servo at a"
-        " time is easiest.",
+        f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB, choose board and"
+        " port, upload. If the upload to a copy of a Nano fails, choose the processor “old bootloader”.",
+        f"Open the serial monitor at 115200 baud. It says “ready: robot {facts.evaluation.solution.number};"
+        " …”. If not: wrong port or baud.",
+        "Supply off: plug the servos in as the pin map says. Supply on: they go to 0° and hold. One servo at"
+        " a time is easiest.",
         "Type <b>a0</b>, then <b>a180</b> (any angle between works) and watch a mark on the shaft. The sketch"
-        f" starts with pulses of {RELEASED_PULSE} and {CONTRACTED_PULSE} µs, which harm no"
-        " servo but turn it by"
-        f" about {degrees:.0f}° only. In settings.h widen the two numbers of this module, 50 µs at a time,"
-        f" towards {motor.pulse_min:.0f} and {motor.pulse_max:.0f} µs (data sheet), until it turns by"
-        f" 180° ± {tolerances.TRAVEL:.0f}°; if it hums at an end, go back 50 µs. Upload again.",
+        f" starts with pulses of {RELEASED_PULSE} and {CONTRACTED_PULSE} µs, which harm no servo but turn it"
+        f" by about {degrees:.0f}° only. In settings.h widen the two numbers of this module, 50 µs at a time,"
+        f" towards {motor.pulse_min:.0f} and {motor.pulse_max:.0f} µs (data sheet), until it turns by 180° ±"
+        f" {tolerances.TRAVEL:.0f}°; if it hums at an end, go back 50 µs. Upload again.",
         "From a0 to a180 it must turn counter-clockwise, seen from the shaft's end. If not, exchange the two"
         " numbers.",
         "<b>g</b> starts the robot, <b>s</b> stops it and releases all cables. After a… it prints how long"
@@ -194,8 +174,7 @@ def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int])
     for module in range(n):
         y = top - ROW * (module + 0.5)
         pen.box(servos - 8, y - 8, 72, 16, fill=style.BAND, radius=3)
-        name = f"Servo {module}" + (" (head)" if module == facts.head.module else "")
-        pen.text(servos - 3, y - 2.8, name, size=8)
+        pen.text(servos - 3, y - 2.8, f"Servo {facts.module_name(module)}", size=8)
         pen.line((board[0] + board[2], y), (servos - 8, y), color=SIGNAL, width=1.2)
         pen.text(board[0] + board[2] - 5, y - 2.8, f"D{pins[module]}", align="right", bold=True)
         pen.text((board[0] + board[2] + servos - 8) / 2, y - 2.8, f"S{module}", align="centre", halo=True)

@@ -1,0 +1,64 @@
+"""The coupon for a pull test, whose result goes into the table ``[pull_test]`` of the materials file."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final
+
+from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.materials import Materials
+
+GAUGE_LENGTH: Final = 0.060
+"""Free length of the coupon, in m."""
+_SECTION_FACTOR: Final = 4.0
+"""The coupon has this many times a cable's width: a scale reads its force better."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Coupon:
+    """A dog bone to print with the cables' settings and pull; for cord, a piece of that cord.
+
+    Attributes:
+        gauge_length: free length between the marks, in m.
+        width, thickness: of the free length, in m; a cord has its diameter for both.
+        area: in m2.
+        grip_length, grip_width: of the plates at its ends, in m; 0 for cord, which is knotted.
+        extension: to pull it to, in m: the strain that the cables have in the assembled module.
+        expected_force: at that extension if the modulus of the materials file is right, in N.
+        expected_mass: that hangs from it then, in kg: expected_force / 9.81 m/s2.
+    """
+
+    gauge_length: float
+    width: float
+    thickness: float
+    area: float
+    grip_length: float
+    grip_width: float
+    extension: float
+    expected_force: float
+
+    @property
+    def expected_mass(self) -> float:
+        """The mass in kg whose weight is the expected force."""
+        return self.expected_force / 9.81
+
+
+def coupon(morphology: Morphology, materials: Materials) -> Coupon:
+    """Return the coupon for a robot's cables: as thick as the thinnest module's, several times as wide."""
+    design = min(design_cables(morphology, materials), key=lambda d: d.area)
+    section = design.section
+    printed = materials.cable.form == "printed"
+    width = section.width * (_SECTION_FACTOR if printed else 1.0)
+    area = section.area * (_SECTION_FACTOR if printed else 1.0)
+    extension = GAUGE_LENGTH * design.strain_assembled
+    return Coupon(
+        gauge_length=GAUGE_LENGTH,
+        width=width,
+        thickness=section.thickness,
+        area=area,
+        grip_length=0.020 if printed else 0.0,
+        grip_width=0.015 if printed else 0.0,
+        extension=extension,
+        expected_force=materials.cable.modulus * area * design.strain_assembled,
+    )

@@ -1,0 +1,128 @@
+"""A materials file: the TOML that says what a robot is built from. Three presets ship with the project.
+
+Keys carry their unit (``modulus_mpa``, ``length_mm``). Every key of a table is required and no other is
+allowed, so that a file says everything that the build sheet prints; ``[pull_test]`` alone may be left
+out. ``docs/fabrication.md`` explains each key.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.resources
+from pathlib import Path
+from typing import Final, get_args
+
+from engine.body import module as t
+from engine.errors import InvalidData
+from engine.fabrication.materials.properties import (
+    CAP_TIP,
+    MAX_TAIL,
+    MIN_TAIL,
+    BoughtPart,
+    CableForm,
+    CableMaterial,
+    Fastener,
+    Line,
+    Materials,
+    Plastic,
+    Printer,
+    PullTest,
+    RodStock,
+    ServoMotor,
+)
+from engine.fabrication.materials.toml_table import read_table, text_value
+from engine.files import parse_toml
+
+PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
+"""Names of the materials files that ship with the project; the first is the default."""
+
+_TABLES: Final[dict[str, type]] = {
+    "cable": CableMaterial,
+    "printer": Printer,
+    "rod": RodStock,
+    "plastic": Plastic,
+    "servo": ServoMotor,
+    "line": Line,
+    "board": BoughtPart,
+    "battery": BoughtPart,
+}
+
+
+def load_materials(source: str | Path = PRESETS[0]) -> Materials:
+    """Read a preset by its name or a materials file by its path.
+
+    Raises:
+        InvalidData: the file cannot be read, is not TOML, or holds something that it must not.
+    """
+    path = Path(source)
+    if str(source) in PRESETS:
+        text = preset_text(str(source))
+    else:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as e:
+            reason = e.strerror if isinstance(e, OSError) else "it is not UTF-8 text"
+            raise InvalidData(
+                f"materials file {source} cannot be read: {reason}; presets are {', '.join(PRESETS)}"
+            ) from None
+    return parse_materials(text, file=str(source))
+
+
+def preset_text(name: str) -> str:
+    """Return the text of a preset, to be copied and edited."""
+    return (importlib.resources.files(__package__) / "presets" / f"{name}.toml").read_text("utf-8")
+
+
+def parse_materials(text: str, *, file: str) -> Materials:
+    """Read materials from TOML text; ``file`` names it in messages.
+
+    Raises:
+        InvalidData: as for ``load_materials``.
+    """
+    content = parse_toml(text, file=file)
+    allowed = {"name", "fastener", "pull_test", *_TABLES}
+    for key in content:
+        if key not in allowed:
+            raise InvalidData(f"{file}: unknown key {key}; known are {', '.join(sorted(allowed))}")
+    for key in ("name", "fastener", *_TABLES):
+        if key not in content:
+            raise InvalidData(f"{file}: {key} is missing")
+    tables = {key: read_table(kind, content[key], f"{file}: {key}") for key, kind in _TABLES.items()}
+    _check_cable(tables["cable"], file)
+    if tables["servo"].pulse_max <= tables["servo"].pulse_min:
+        raise InvalidData(f"{file}: servo.pulse_max_us must be more than servo.pulse_min_us")
+    cut = t.ROD_LENGTH - 2 * CAP_TIP
+    if tables["rod"].stock_length < cut:
+        raise InvalidData(f"{file}: rod.stock_length_mm must be at least {1e3 * cut:g}, the length of a rod")
+    if not isinstance(content["fastener"], list):
+        raise InvalidData(f"{file}: fastener must be a list of tables: [[fastener]]")
+    fasteners = tuple(
+        read_table(Fastener, item, f"{file}: fastener[{i}]") for i, item in enumerate(content["fastener"])
+    )
+    pull_test = None
+    if "pull_test" in content:
+        pull_test = read_table(PullTest, content["pull_test"], f"{file}: pull_test")
+        tables["cable"] = dataclasses.replace(
+            tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
+        )
+    return Materials(
+        name=text_value(content["name"], f"{file}: name"),
+        file=file,
+        fasteners=fasteners,
+        pull_test=pull_test,
+        **tables,
+    )
+
+
+def _check_cable(cable: CableMaterial, file: str) -> None:
+    if cable.form not in get_args(CableForm):
+        raise InvalidData(f"{file}: cable.form must be printed or cord, not {cable.form!r}")
+    if not MIN_TAIL - 1e-9 <= cable.max_tail <= MAX_TAIL + 1e-9:
+        raise InvalidData(
+            f"{file}: cable.max_tail_mm must be from {1e3 * MIN_TAIL:g}, the shortest cap that holds a rod,"
+            f" to {1e3 * MAX_TAIL:g}, which leaves room for the servo; it is {1e3 * cable.max_tail:g}"
+        )
+    if cable.form == "cord" and not cable.stock_diameters:
+        raise InvalidData(f"{file}: cable.stock_diameters_mm must name the diameters that can be bought")
+    if list(cable.stock_diameters) != sorted(set(cable.stock_diameters)):
+        raise InvalidData(f"{file}: cable.stock_diameters_mm must increase")

@@ -1,0 +1,251 @@
+"""What a materials file says about each material and each bought part, in SI units.
+
+Every class but ``Materials`` is a table of the file. ``number`` marks a field whose key carries a unit:
+``modulus: float = number("mpa")`` is the key ``modulus_mpa``, held here in Pa.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final, Literal
+
+from engine.fabrication.materials.sources import Source
+from engine.fabrication.materials.toml_table import number
+
+MIN_TAIL: Final = 0.006
+"""The shortest cap that holds a rod, in m: a cable lies along its rod at least this far."""
+MAX_TAIL: Final = 0.026
+"""The longest cap that leaves room for the servo's mount between two of them, in m."""
+CAP_TIP: Final = 0.0015
+"""Solid end of a cap between the end of its rod and the plane in which the cables leave, in m."""
+
+CableForm = Literal["printed", "cord"]
+"""Printed flat as one net, or bought as round cord and cut to length."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class CableMaterial:
+    """``[cable]``: what the 24 passive cables of a module are made of.
+
+    Attributes:
+        material: its name, for people.
+        form: printed net or cord.
+        modulus: secant modulus at the working strain, in Pa.
+        density: in kg/m3.
+        max_strain: the largest strain at which it springs back.
+        max_tail: how much of a cable may lie along a rod at each of its ends, in m.
+        stock_diameters: of the cord that can be bought, in m, increasing; empty if printed.
+        k_ref: measured stiffness of the cables of relative stiffness 1.0 in N/m; None: the simulation's.
+    """
+
+    material: str
+    form: CableForm
+    modulus: float = number("mpa")
+    density: float = number("kg_m3")
+    max_strain: float = number("percent")
+    max_tail: float = number("mm", zero=True)
+    stock_diameters: tuple[float, ...] = number("mm")
+    k_ref: float | None = number("n_per_m", optional=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Printer:
+    """``[printer]``.
+
+    Attributes:
+        nozzle: diameter and least width of a printed line, in m.
+        layer: height of a layer, in m.
+        min_layers: fewest layers of a cable.
+        min_wall: least thickness of a rigid part's walls, in m.
+        bed_x, bed_y, bed_z: the space that a part must fit, in m.
+        clearance: between a hole and what is put into it, on the diameter, in m.
+    """
+
+    nozzle: float = number("mm")
+    layer: float = number("mm")
+    min_layers: int = number()
+    min_wall: float = number("mm")
+    bed_x: float = number("mm")
+    bed_y: float = number("mm")
+    bed_z: float = number("mm")
+    clearance: float = number("mm", zero=True)
+
+    @property
+    def least_area(self) -> float:
+        """Section of the thinnest cable that it prints, in m2: one line wide, ``min_layers`` high."""
+        return self.nozzle * self.layer * self.min_layers
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class RodStock:
+    """``[rod]``: the stock that rods are cut from; the diameter is the simulation's.
+
+    Attributes:
+        material: its name.
+        density: in kg/m3.
+        stock_length: of a bought rod, in m.
+        kerf: what a cut takes away, in m.
+    """
+
+    material: str
+    density: float = number("kg_m3")
+    stock_length: float = number("mm")
+    kerf: float = number("mm", zero=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Plastic:
+    """``[plastic]``: of the rigid printed parts (caps, mounts, drums).
+
+    Attributes:
+        material: its name.
+        density: of a solid print, in kg/m3.
+    """
+
+    material: str
+    density: float = number("kg_m3")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class ServoMotor:
+    """``[servo]``: the bought servomotor, with the dimensions that its mount needs.
+
+    Attributes:
+        model: its name.
+        mass: with horn screw and 25 cm of cable, in kg.
+        body_length, body_width, body_height: of the case without ears and shaft, in m.
+        ear_length: over both mounting ears, in m.
+        ear_height: from the case's bottom to the ears' underside, in m.
+        screw_spacing: between the mounting screws, in m.
+        shaft_offset: from the middle of the case to the shaft, along its length, in m.
+        shaft_diameter: over the splines, in m.
+        shaft_height: from the ears' underside to the shaft's end, in m.
+        torque: at the working voltage, in N m.
+        voltage: in V.
+        stall_current: in A.
+        travel: in degrees.
+        pulse_min, pulse_max: of the control signal at 0 degrees and at full travel, in microseconds.
+    """
+
+    model: str
+    mass: float = number("g")
+    body_length: float = number("mm")
+    body_width: float = number("mm")
+    body_height: float = number("mm")
+    ear_length: float = number("mm")
+    ear_height: float = number("mm")
+    screw_spacing: float = number("mm")
+    shaft_offset: float = number("mm", zero=True)
+    shaft_diameter: float = number("mm")
+    shaft_height: float = number("mm")
+    torque: float = number("n_m")
+    voltage: float = number("v")
+    stall_current: float = number("a")
+    travel: float = number("degrees")
+    pulse_min: float = number("us")
+    pulse_max: float = number("us")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """``[line]``: the braided line of the internal cables and of the links.
+
+    Attributes:
+        material: its name.
+        diameter: in m.
+        linear_density: in kg/m.
+        elastic: what gives an internal cable its elasticity.
+    """
+
+    material: str
+    elastic: str
+    diameter: float = number("mm")
+    linear_density: float = number("kg_m")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class BoughtPart:
+    """``[board]``, ``[battery]``: a bought part.
+
+    Attributes:
+        model: its name.
+        mass: in kg.
+        carried: whether the robot carries it; otherwise it stays beside the robot, on a tether.
+        note: what to know about it.
+    """
+
+    model: str
+    carried: bool
+    note: str
+    mass: float = number("g")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Fastener:
+    """``[[fastener]]``: a bought small part.
+
+    Attributes:
+        model: its name.
+        per_module: how many a module needs.
+        mass: of one, in kg.
+        use: what it holds.
+    """
+
+    model: str
+    use: str
+    per_module: int = number()
+    mass: float = number("g", zero=True)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PullTest:
+    """``[pull_test]``: what was measured on the exported coupon, or on a piece of cord.
+
+    Attributes:
+        length: free length before pulling, in m.
+        area: cross-section before pulling, in m2.
+        force: that held the specimen at the extension, in N.
+        extension: in m.
+        max_strain: the largest strain from which the specimen sprang back.
+    """
+
+    length: float = number("mm")
+    area: float = number("mm2")
+    force: float = number("n")
+    extension: float = number("mm")
+    max_strain: float = number("percent")
+
+    @property
+    def modulus(self) -> float:
+        """Secant modulus in Pa: (force / area) / (extension / length)."""
+        return (self.force / self.area) / (self.extension / self.length)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Materials:
+    """Everything that a robot is built from.
+
+    Attributes:
+        name: of the set, for the title block.
+        file: where it was read from: a preset's name or a path.
+        cable: as used: with the pull test's modulus and strain if there is one.
+        pull_test: None if nothing was measured.
+    """
+
+    name: str
+    file: str
+    cable: CableMaterial
+    printer: Printer
+    rod: RodStock
+    plastic: Plastic
+    servo: ServoMotor
+    line: Line
+    board: BoughtPart
+    battery: BoughtPart
+    fasteners: tuple[Fastener, ...]
+    pull_test: PullTest | None
+
+    @property
+    def cable_source(self) -> Source:
+        """Where modulus and allowed strain come from."""
+        return Source.MEASURED if self.pull_test else Source.ASSUMED

@@ -1,0 +1,172 @@
+"""The whole robot as one GLB scene in metres, every part in its place, and how much room the servo has."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+import trimesh
+from manifold3d import Manifold
+from trimesh.visual.material import PBRMaterial
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floating_module
+from engine.fabrication.materials import CAP_TIP, Materials
+from engine.fabrication.parts import servo_parts as sp
+from engine.fabrication.parts import shapes, solids
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
+
+_COLOURS: Final = {
+    "rod": (45, 45, 50, 255),
+    "cap": (230, 120, 40, 255),
+    "cable": (90, 165, 220, 255),
+    "servo": (40, 80, 160, 255),
+    "mount": (230, 120, 40, 255),
+    "drum": (240, 200, 60, 255),
+    "line": (200, 60, 60, 255),
+    "link": (110, 190, 110, 255),
+}
+
+
+def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
+    """Return the assembled robot as binary glTF in metres: servos off, floating, as a maker holds it.
+
+    Nodes of the scene are called as in the simulation's model: ``m0_rod0``, ``m0_cable_0_4``.
+    """
+    scene = _Scene()
+    frames = _rod_frames(morphology)
+    length = 1e3 * t.ROD_LENGTH
+    scene.shape(
+        "rod", solids.cylinder(1e3 * t.ROD_RADIUS, 1e3 * CAP_TIP, length - 1e3 * CAP_TIP, segments=16)
+    )
+    scene.shape("cable", Manifold.cylinder(1.0, 1.0, 1.0, 8))
+    scene.shape("line", Manifold.cylinder(1.0, 1.0, 1.0, 6))
+    scene.shape("mount", sp.servo_mount(materials.servo, materials.printer))
+    scene.shape("servo", sp.servo_body(materials.servo))
+    scene.shape("drum", sp.drum_in_place(materials.servo))
+    designs = design_cables(morphology, materials)
+    for level in sorted({d.level for d in designs}):
+        design = next(d for d in designs if d.level == level)
+        scene.shape("cap", shapes.cap(design, materials.printer), name=f"cap_{level}")
+    nodes = []
+    for i, (rotation, centre, points) in enumerate(frames):
+        nodes.append(points)
+        for r, (a, b) in enumerate(t.RODS):
+            axis = points[b] - points[a]
+            towards = centre - points[[a, b]].mean(axis=0)
+            scene.add("rod", f"m{i}_rod{r}", solids.frame_along(axis), points[a])
+            for node, sign in ((a, -1.0), (b, 1.0)):
+                frame = solids.frame_along(sign * axis, towards)
+                scene.add(f"cap_{designs[i].level}", f"m{i}_cap_{node}", frame, points[node])
+        width = 500 * (designs[i].section.width * designs[i].section.thickness) ** 0.5
+        for a, b in t.CABLES:
+            scene.add_bar("cable", f"m{i}_cable_{a}_{b}", points[a], points[b], width)
+        a, b = t.RODS[t.SERVO_ROD]
+        middle = points[[a, b]].mean(axis=0)
+        for name in ("mount", "servo", "drum"):
+            scene.add(name, f"m{i}_{name}", rotation, middle)
+        guide = middle + rotation @ sp.guide_point()
+        for node in t.SERVO_NODES:
+            scene.add_bar("line", f"m{i}_servo_{node}", guide, points[node], 500 * materials.line.diameter)
+    scene.shape("link", Manifold.cylinder(1.0, 1.0, 1.0, 8))
+    for i in range(morphology.n_modules - 1):
+        face = t.FACES[morphology.faces[i]]
+        opposite = t.FACES[t.OPPOSITE_FACE[morphology.faces[i + 1]]]
+        for k, (a, b) in enumerate(t.JOINT_ORDER):
+            scene.add_bar("link", f"link{i}_{k}", nodes[i][face[a]], nodes[i + 1][opposite[b]], 1.0)
+    return scene.glb()
+
+
+@functools.lru_cache(maxsize=64)
+def servo_clearance(level: int, materials: Materials) -> float:
+    """Return the least gap in mm between a servo with mount and drum and the module's other rods.
+
+    Looked at with the servo off, and from released to fully contracted in four steps, in a floating
+    module; negative if they would touch.
+    """
+    body = sp.servo_body(materials.servo) + sp.drum_in_place(materials.servo)
+    body = body + sp.servo_mount(materials.servo, materials.printer)
+    gap = 50.0
+    for command in (None, 0, 60, 120, CONTRACTED):
+        nodes = 1e3 * floating_module(level, command).nodes
+        rotation, middle = _servo_frame(nodes)
+        for r, (a, b) in enumerate(t.RODS):
+            if r == t.SERVO_ROD:
+                continue
+            ends = (nodes[[a, b]] - middle) @ rotation
+            rod = solids.bar(ends[0], ends[1], 1e3 * t.ROD_RADIUS)
+            near = float(body.min_gap(rod, gap))
+            if near == 0.0:
+                return -(float((body ^ rod).volume()) ** (1 / 3))
+            gap = min(gap, near)
+    return gap
+
+
+def _servo_frame(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the servo rod's frame: (3, 3) with x to the module's centre and y along the rod; its middle."""
+    a, b = nodes[list(t.RODS[t.SERVO_ROD])]
+    y = (b - a) / np.linalg.norm(b - a)
+    middle = (a + b) / 2
+    x = nodes.mean(axis=0) - middle
+    x = x - y * (x @ y)
+    x = x / np.linalg.norm(x)
+    return np.stack([x, y, np.cross(x, y)], axis=1), middle
+
+
+def _rod_frames(morphology: Morphology) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return for each module the servo rod's rotation, centre (3,) and nodes (12, 3) at rest, in mm."""
+    robot = build_robot(morphology, Physics(), gravity=False)
+    data = mujoco.MjData(robot.model)
+    data.ctrl[:] = 1.0
+    mujoco.mj_step(robot.model, data, round(HOLD / robot.model.opt.timestep))
+    mujoco.mj_forward(robot.model, data)
+    result = []
+    for i in range(morphology.n_modules):
+        points = []
+        for n, node in enumerate(t.NODES):
+            body = robot.rod_bodies[i, t.rod_of(n)]
+            half = (node - t.NODES[n ^ 1]) / 2
+            points.append(1e3 * (data.xpos[body] + data.xmat[body].reshape(3, 3) @ half))
+        nodes = np.array(points)
+        rotation, _ = _servo_frame(nodes)
+        result.append((rotation, nodes.mean(axis=0), nodes))
+    return result
+
+
+class _Scene:
+    """Collects shapes once and places them many times. Shapes and positions in mm, the file in metres."""
+
+    def __init__(self) -> None:
+        self._scene = trimesh.Scene()
+        self._shapes: dict[str, Any] = {}
+
+    def shape(self, kind: str, solid: Manifold, *, name: str | None = None) -> None:
+        vertices, faces = solids.triangles(solid)
+        mesh = trimesh.Trimesh(vertices=1e-3 * vertices, faces=faces, process=False)
+        material = PBRMaterial(
+            name=kind, baseColorFactor=_COLOURS[kind], metallicFactor=0.0, roughnessFactor=0.7
+        )
+        mesh.visual = trimesh.visual.TextureVisuals(material=material)
+        self._shapes[name or kind] = mesh
+
+    def add(self, shape: str, node: str, rotation: np.ndarray, position: np.ndarray) -> None:
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation
+        matrix[:3, 3] = 1e-3 * position
+        if shape in self._scene.geometry:
+            self._scene.graph.update(frame_to=node, matrix=matrix, geometry=shape)
+        else:
+            self._scene.add_geometry(self._shapes[shape], geom_name=shape, node_name=node, transform=matrix)
+
+    def add_bar(self, shape: str, node: str, a: np.ndarray, b: np.ndarray, radius: float) -> None:
+        """Place a unit cylinder from a to b."""
+        frame = solids.frame_along(b - a)
+        self.add(shape, node, frame * np.array([radius, radius, np.linalg.norm(b - a)]), a)
+
+    def glb(self) -> bytes:
+        return bytes(self._scene.export(file_type="glb"))

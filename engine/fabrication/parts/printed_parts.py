@@ -1,0 +1,200 @@
+"""The parts to print: which, how many, of what and how, derived from the robot's model and the materials."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Final
+
+from manifold3d import Manifold
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.pull_test import coupon
+from engine.fabrication.materials import Materials
+from engine.fabrication.parts import solids
+from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.servo_parts import laid, mount_blank, servo_drum, servo_mount
+from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
+
+FLEXIBLE_DENSITY: Final = 1190.0
+"""Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""
+CORNER_AREA: Final = 0.1
+"""What a disc cannot reach of a sharp corner, in mm2: less than this is no thin wall."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PrintedPart:
+    """A part to print, as it lies on the bed: its lowest point at z = 0.
+
+    Attributes:
+        name: of its files, without ending: ``cap_16.0mm``.
+        quantity: how many the robot needs.
+        modules: that need it.
+        solid: in mm.
+        flexible: whether it is printed of the cables' material; otherwise of ``[plastic]``.
+        density: in kg/m3.
+        min_wall: what its walls were checked against, in mm.
+        thin_area: largest area in a slice that is thinner than that, in mm2.
+        fits: whether it lies inside the printer's bed.
+        note: what it is for.
+        print_it: how to print it.
+    """
+
+    name: str
+    quantity: int
+    modules: tuple[int, ...]
+    solid: Manifold
+    flexible: bool
+    density: float
+    min_wall: float
+    thin_area: float
+    fits: bool
+    note: str
+    print_it: str
+
+    @property
+    def walls_hold(self) -> bool:
+        """Whether no wall is thinner than ``min_wall``; a corner's tip does not count."""
+        return self.thin_area <= CORNER_AREA
+
+    @property
+    def volume(self) -> float:
+        """In m3."""
+        return 1e-9 * self.solid.volume()
+
+    @property
+    def mass(self) -> float:
+        """Of one, printed solid, in kg."""
+        return self.density * self.volume
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """In x, y and z, in m."""
+        x, y, z = solids.extent(self.solid)
+        return 1e-3 * x, 1e-3 * y, 1e-3 * z
+
+
+@functools.lru_cache(maxsize=32)
+def printed_parts(morphology: Morphology, materials: Materials) -> tuple[PrintedPart, ...]:
+    """Return the parts to print for a robot, each kind once with its quantity."""
+    designs = design_cables(morphology, materials)
+    n = morphology.n_modules
+    everywhere = tuple(range(n))
+    result = []
+    by_level = {d.level: d for d in designs}
+    for level, design in sorted(by_level.items()):
+        modules = tuple(d.module for d in designs if d.level == level)
+        if materials.cable.form == "printed":
+            net = module_net(design, materials.printer)
+            result.append(
+                _part(
+                    f"net_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}",
+                    len(modules),
+                    modules,
+                    net_solid(net, design),
+                    materials,
+                    "the 24 cables of a module in one piece",
+                    "as it lies, no support; lines along the cables; this side up = outside",
+                    flexible=True,
+                )
+            )
+        result.append(
+            _part(
+                f"cap_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}",
+                2 * len(t.RODS) * len(modules),
+                modules,
+                cap(design, materials.printer),
+                materials,
+                f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
+                "on its sleeve's end, crown up, with a brim, no support",
+            )
+        )
+    result += [
+        _part(
+            "servo_mount",
+            n,
+            everywhere,
+            laid(servo_mount(materials.servo, materials.printer)),
+            materials,
+            "on the middle of each servo rod; holds the servo and guides its five lines",
+            "on its plate, the ball up; support below tube and ball; drill the ball's holes free",
+            # where a slanting hole leaves a ball its rim is sharp, which is no thin wall
+            walls=laid(mount_blank(materials.servo, materials.printer)),
+        ),
+        _part(
+            "servo_drum",
+            n,
+            everywhere,
+            servo_drum(materials.servo),
+            materials,
+            "five grooves that wind the internal cables while it turns counter-clockwise, seen from the"
+            " shaft's end",
+            "wide end down; no support, but clear the grooves with a blade until a line slides freely",
+        ),
+    ]
+    if n > 1:
+        result.append(
+            _part(
+                "link",
+                len(t.JOINT_ORDER) * (n - 1),
+                everywhere,
+                link(),
+                materials,
+                "ties two rod ends of neighbouring modules",
+                "flat, no support",
+                flexible=True,
+            )
+        )
+    if materials.cable.form == "printed":
+        result.append(
+            _part(
+                "pull_coupon",
+                1,
+                everywhere,
+                coupon_solid(coupon(morphology, materials)),
+                materials,
+                "for the pull test",
+                "first; flat, lines along it, exactly as the net will be printed",
+                flexible=True,
+            )
+        )
+    return tuple(result)
+
+
+def _part(
+    name: str,
+    quantity: int,
+    modules: tuple[int, ...],
+    solid: Manifold,
+    materials: Materials,
+    note: str,
+    print_it: str,
+    *,
+    flexible: bool = False,
+    walls: Manifold | None = None,
+) -> PrintedPart:
+    printer = materials.printer
+    wall = 1e3 * (printer.nozzle if flexible else printer.min_wall)
+    low = solid.bounding_box()
+    solid = solid.translate((-low[0], -low[1], -low[2]))
+    size = solids.extent(solid)
+    bed = (printer.bed_x, printer.bed_y, printer.bed_z)
+    density = materials.plastic.density
+    if flexible:
+        # links are printed even where the cables are cord
+        density = materials.cable.density if materials.cable.form == "printed" else FLEXIBLE_DENSITY
+    return PrintedPart(
+        name=name,
+        quantity=quantity,
+        modules=modules,
+        solid=solid,
+        flexible=flexible,
+        density=density,
+        min_wall=wall,
+        thin_area=solids.thin_area(walls or solid, wall),
+        fits=all(s <= 1e3 * b + 1e-6 for s, b in zip(size, bed, strict=True)),
+        note=note,
+        print_it=print_it,
+    )

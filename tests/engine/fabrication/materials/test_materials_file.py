@@ -1,0 +1,79 @@
+import re
+
+import pytest
+
+from engine.errors import InvalidData
+from engine.fabrication.materials import (
+    PRESETS,
+    Source,
+    load_materials,
+    parse_materials,
+    preset_text,
+)
+
+TPU = preset_text("tpu-85a")
+
+
+def edited(pattern, replacement):
+    text, count = re.subn(pattern, replacement, TPU, count=1, flags=re.MULTILINE)
+    assert count == 1
+    return text
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_read_in_si(name):
+    materials = load_materials(name)
+    assert materials.file == name
+    assert 0.9e6 <= materials.cable.modulus <= 12e6
+    assert materials.printer.nozzle == pytest.approx(0.0004)
+    assert materials.servo.mass == pytest.approx(0.009)
+    assert materials.cable_source is Source.ASSUMED
+
+
+def test_the_printed_preset_is_the_tpu_that_data_sheets_describe():
+    cable = load_materials().cable
+    assert (cable.form, cable.modulus, cable.max_strain) == ("printed", 12e6, 0.65)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "message"),
+    [
+        (r"^modulus_mpa = 12", "modulus_mpa = -1", "cable.modulus_mpa must be positive, not -1"),
+        (r"^modulus_mpa = 12", "modulus_mpa = 0", "cable.modulus_mpa must be positive, not 0"),
+        (r"^modulus_mpa = 12", "modulus_mpa = nan", "cable.modulus_mpa must be finite, not nan"),
+        (r"^modulus_mpa = 12", "modulus_mpa = inf", "cable.modulus_mpa must be finite, not inf"),
+        (r"^modulus_mpa = 12", "modulus_mpa = true", "cable.modulus_mpa must be a number, not True"),
+        (r"^modulus_mpa = 12", "modulus_mpa = '12'", "cable.modulus_mpa must be a number, not '12'"),
+        (r"^modulus_mpa = 12.*\n", "", "cable.modulus_mpa is missing"),
+        (r"^modulus_mpa", "modulus_gpa", "cable.modulus_gpa is unknown"),
+        (r"^kerf_mm = 1.0", "kerf_mm = -1", "rod.kerf_mm must not be negative, not -1"),
+        (r"^min_layers = 2", "min_layers = 1.5", "printer.min_layers must be a whole number, not 1.5"),
+        (r"^max_tail_mm = 25", "max_tail_mm = 3", "cable.max_tail_mm must be from 6"),
+        (r"^form = .*", 'form = "woven"', "cable.form must be printed or cord"),
+        (r"^form = .*", 'form = "cord"', "cable.stock_diameters_mm must name the diameters"),
+        (r"^stock_length_mm = 1000", "stock_length_mm = 70", "rod.stock_length_mm must be at least 79"),
+        (r"^per_module = 2", "per_module = -2", r"fastener\[0\].per_module must be positive, not -2"),
+        (r"^carried = false", "carried = 0", "board.carried must be true or false, not 0"),
+        (r"^name = .*", 'name = ""', "name must be a line of text"),
+        (r"^\[servo\]", "[motor]", "unknown key motor"),
+        (r"^pulse_max_us = 2400", "pulse_max_us = 400", "servo.pulse_max_us must be more"),
+        (r"^\[cable\]", "[cable", "not a TOML file"),
+    ],
+)
+def test_a_wrong_file_gets_one_line_that_names_file_and_key(pattern, replacement, message):
+    with pytest.raises(InvalidData, match=f"^mine.toml: {message}") as caught:
+        parse_materials(edited(pattern, replacement), file="mine.toml")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_number_too_large_for_a_float_is_refused():
+    with pytest.raises(InvalidData, match="must be finite"):
+        parse_materials(edited(r"^modulus_mpa = 12", "modulus_mpa = 1" + "0" * 400), file="mine.toml")
+
+
+def test_an_unreadable_file_is_named(tmp_path):
+    with pytest.raises(InvalidData, match=r"nowhere.toml cannot be read: No such file.*tpu-85a"):
+        load_materials(tmp_path / "nowhere.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InvalidData, match="not UTF-8"):
+        load_materials(tmp_path / "bytes.toml")

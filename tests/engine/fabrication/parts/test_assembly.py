@@ -1,0 +1,32 @@
+import io
+
+import numpy as np
+import pytest
+import trimesh
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.materials import load_materials
+from engine.fabrication.parts.assembly import robot_glb
+
+BODY = Morphology((3, 9), (1, 2))
+MATERIALS = load_materials()
+
+
+def test_the_scene_is_the_robot_in_metres():
+    scene = trimesh.load(io.BytesIO(robot_glb(BODY, MATERIALS)), file_type="glb")
+    names = set(scene.graph.nodes_geometry)
+    assert {f"m{i}_rod{r}" for i in (0, 1) for r in range(6)} <= names
+    assert {f"m{i}_cable_{a}_{b}" for i in (0, 1) for a, b in t.CABLES} <= names
+    assert {"m0_servo", "m1_drum", "link0_2"} <= names
+    assert 0.12 < max(scene.extents) < 0.2
+    # a rod reaches from node to node but for its caps' tips
+    matrix, geometry = scene.graph["m1_rod3"]
+    rod = scene.geometry[geometry].copy().apply_transform(matrix)
+    longest = np.linalg.norm(rod.vertices[:, None] - rod.vertices, axis=-1).max()
+    assert longest == pytest.approx(0.079, abs=2e-4)
+    # joined nodes are near each other
+    for k in range(3):
+        matrix, _ = scene.graph[f"link0_{k}"]
+        # the matrix stretches a cylinder of 1 mm
+        assert 1e-3 * np.linalg.norm(matrix[:3, 2]) < 0.004

@@ -1,0 +1,27 @@
+import io
+
+import numpy as np
+import pytest
+import trimesh
+
+from engine.body.morphology import Morphology
+from engine.fabrication.materials import PRESETS, load_materials
+from engine.fabrication.parts.mesh_files import stl_bytes
+from engine.fabrication.parts.printed_parts import printed_parts
+
+BODY = Morphology((3, 9), (1, 2))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_part_is_one_closed_body_that_can_be_printed(name):
+    materials = load_materials(name)
+    for part in printed_parts(BODY, materials):
+        mesh = trimesh.load(io.BytesIO(stl_bytes(part.solid, part.name)), file_type="stl")
+        assert mesh.is_watertight, part.name
+        assert mesh.is_winding_consistent
+        assert len(part.solid.decompose()) == 1
+        assert mesh.volume == pytest.approx(1e9 * part.volume, rel=1e-3)
+        assert mesh.volume > 0
+        assert (part.fits, part.walls_hold) == (True, True), part.name
+        assert mesh.bounds[0] == pytest.approx([0, 0, 0], abs=1e-3)
+        assert mesh.extents == pytest.approx(1e3 * np.array(part.size), abs=1e-3)

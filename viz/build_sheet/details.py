@@ -1,0 +1,90 @@
+"""Enlarged drawings of what a finger has to find: a rod's end under its cap, and the servo's drum."""
+
+from __future__ import annotations
+
+from reportlab.lib.colors import Color
+
+from engine.fabrication.dimensions.cables import CableDesign
+from engine.fabrication.materials import CAP_TIP, Materials, ServoMotor
+from engine.fabrication.parts import servo_parts as sp
+from engine.fabrication.parts import shapes as p
+from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS
+from viz.build_sheet import style
+from viz.build_sheet.pen import Pen
+
+CAP = style.mixed(style.SERVO, style.BAND, 0.65)
+
+
+def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
+    """Draw a finished rod end, cut along the rod, the node to the right."""
+    tail, printed = 1e3 * design.tail, materials.cable.form == "printed"
+    bore = (sp.ROD_DIAMETER + 1e3 * materials.printer.clearance) / 2
+    sleeve = bore + 1e3 * materials.printer.min_wall
+    crown, knob = sleeve + p.CROWN_TEETH, p.CROWN_ABOVE + p.NECK + p.HEAD[1]
+    bare = 7.0
+    scale = min((pen.width - 24) / (tail + bare + knob), (pen.height / 2 - 34) / crown)
+    x0, y0 = pen.width - 10 - scale * knob, pen.height / 2
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return x0 + scale * x, y0 + scale * y
+
+    def bar(x: float, x1: float, half: float, fill: Color) -> None:
+        a, b = at(x, -half), at(x1, half)
+        pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)
+
+    bar(-tail, p.CROWN_ABOVE, sleeve, CAP)
+    bar(max(-tail, -p.CROWN_BELOW), p.CROWN_ABOVE, crown, CAP)
+    bar(p.CROWN_ABOVE, p.CROWN_ABOVE + p.NECK, p.NECK, CAP)
+    bar(p.CROWN_ABOVE + p.NECK, knob, p.HEAD[0], CAP)
+    bar(-tail - bare, -1e3 * CAP_TIP, sp.ROD_DIAMETER / 2, style.ROD)
+    ring = 1e3 * (EYELET_RADIUS - EYELET_HOLE / 2)
+    for side in (-1, 1):
+        a = at(-tail - p.EYELET_THICKNESS, side * sp.ROD_DIAMETER / 2)
+        b = at(-tail, side * (sp.ROD_DIAMETER / 2 + ring))
+        low, high = min(a[1], b[1]), max(a[1], b[1])
+        pen.box(a[0], low, b[0] - a[0], high - low, fill=style.CABLE, stroke=None)
+        path = [(-tail, sleeve + 0.35), (-0.1, sleeve + 0.35), (0.0, 1.7), (-1.0, sleeve + p.CROWN_TEETH + 2)]
+        pen.path([at(x, side * y) for x, y in path], stroke=style.CABLE, width=2.0)
+    x, y = at(0.0, 0.0)
+    pen.line(
+        (x, y - scale * crown - 22), (x, y + scale * crown + 4), color=style.LINK, width=0.8, dash=(3, 2)
+    )
+    below = y - scale * crown - 16
+    pen.dimension((at(-tail, 0)[0], below), (x, below), f"{tail:.1f} mm", ticks=(y - scale * sleeve,) * 2)
+    pen.text(x + 2, below - 14, "node", align="centre", color=style.LINK, bold=True)
+    where = at(-tail - bare, 0)[0]
+    pen.text(where, y + scale * crown + 22, "ring" if printed else "knot", color=style.CABLE, bold=True)
+    pen.line((where + 12, y + scale * crown + 20), at(-tail - 0.6, sp.ROD_DIAMETER / 2 + 1), width=0.4)
+    pen.text(where + 44, y + scale * crown + 22, "cable", color=style.CABLE, bold=True)
+    pen.line((where + 58, y + scale * crown + 20), at(-0.6 * tail, sleeve + 0.4), width=0.4)
+    pen.text(where + 92, y + scale * crown + 22, "cap", color=style.SERVO, bold=True)
+    pen.line((where + 101, y + scale * crown + 20), at(-0.25 * tail, 0.5 * (sleeve + bore)), width=0.4)
+    pen.text(where, y - 3, "rod", bold=True)
+    pen.text(pen.width - 10, y + scale * crown + 22, "neck", align="right", color=style.SOFT)
+    pen.line((pen.width - 20, y + scale * crown + 20), at(p.CROWN_ABOVE + p.NECK / 2, p.NECK), width=0.4)
+
+
+def draw_drum(pen: Pen, motor: ServoMotor) -> None:
+    """Draw the drum from the side, on its servo, with the node that each groove's line goes to."""
+    radii, order = sorted(sp.groove_radii(motor), reverse=True), sp.drum_order(motor)
+    height = len(radii) * (sp.FLANGE + sp.GROOVE) + sp.FLANGE
+    scale = min((pen.height - 50) / height, (pen.width - 86) / (2 * (radii[0] + sp.FLANGE_RISE)))
+    cx, z0 = 10 + scale * (radii[0] + sp.FLANGE_RISE), 34.0
+
+    def disc(z: float, thick: float, radius: float) -> None:
+        pen.box(cx - scale * radius, z0 + scale * z, 2 * scale * radius, scale * thick, fill=CAP, line=0.5)
+
+    pen.box(cx - 34, 2, 68, z0 - 2, fill=style.BAND)
+    pen.text(cx, 14, "servo", align="centre", color=style.SOFT)
+    z = 0.0
+    disc(z, sp.FLANGE, radii[0] + sp.FLANGE_RISE)
+    for k, r in enumerate(radii):
+        z += sp.FLANGE
+        disc(z, sp.GROOVE, r)
+        right = cx + scale * (radii[0] + sp.FLANGE_RISE) + 8
+        y = z0 + scale * (z + sp.GROOVE / 2)
+        pen.line((cx + scale * r, y), (right, y), color=style.SERVO_CABLE, width=1.2)
+        pen.text(right + 3, y - 2.8, f"node {order[k]}", bold=True, color=style.SERVO_CABLE)
+        z += sp.GROOVE
+        disc(z, sp.FLANGE, r + sp.FLANGE_RISE)
+    pen.text(cx, z0 + scale * height + 5, "guide's side", align="centre", color=style.SOFT)
