@@ -20,7 +20,7 @@ others need are ``n_modules`` and ``timestep``.
     ``advance`` leaves such a lane as it is.
 
 ``step.advance(model, state, n_steps)`` is a jitted function that moves all lanes on by ``n_steps`` time
-steps. After each control update ``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes that
-have diverged. Both can be called from compiled code; neither allocates. The outermost function should be
-compiled with ``nogil=True``.
+steps. After each control update ``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes
+that have diverged. Both can be called from compiled code; neither allocates. The outermost function, which
+Python calls, is decorated with ``compiling.entry_point``, which keeps it on disk.
 """

@@ -32,10 +32,10 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import extending, types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import lower_builtin, models, register_model
 
 WIDTHS: Final = (1, 2, 4, 8)
 """Lanes that a vector may have; 2, 4 and 8 fill a register of SSE2, AVX2 and AVX-512."""
@@ -52,6 +52,9 @@ Reals: TypeAlias = Any
 """An array of vectors of doubles."""
 Integers: TypeAlias = Any
 """An array of vectors of integers."""
+
+intrinsic: Final[Callable[[Callable[..., Any]], Callable[..., Any]]] = extending.intrinsic
+"""Numba's decorator, whose result is called without the typing context."""
 
 
 def reals(*shape: int, width: int) -> np.ndarray:
@@ -309,6 +312,17 @@ def _address(context: Any, builder: Any, sig: Any, args: Any, *, lane: Any = Non
         return builder.gep(builder.bitcast(array.data, kind.ir.as_pointer()), [args[1]])
     k = builder.add(builder.mul(args[1], ir.Constant(args[1].type, kind.width)), lane)
     return builder.gep(builder.bitcast(array.data, kind.element.as_pointer()), [k])
+
+
+@intrinsic
+def lanes(typingctx: Any, array: Any) -> Any:
+    """Return how many lanes the vectors of an array have, which the compiler knows."""
+    width = _kind_of(array).width
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return ir.Constant(ir.IntType(64), width)
+
+    return types.intp(array), emit
 
 
 @intrinsic
