@@ -24,7 +24,7 @@ def find_links(model: Model, state: State) -> None:
     simulated = load(state.failed, 0) == 0
     shortest, longest = model.link_range
     least, most, width = model.link_impedance
-    for i in range(len(linked)):
+    for i in range(model.n_islands):
         a, b = model.islands[2 * i], model.islands[2 * i + 1]
         linked[i] = 0
         if b < 0:

@@ -52,6 +52,7 @@ class Model(NamedTuple):
         contact_stiffness, contact_damping: of a contact's reference acceleration.
         link_range: shortest and longest length of a link.
         link_impedance, link_stiffness, link_damping: as of contacts.
+        n_islands: number of islands.
         islands: (islands x 2,) the rods of an island; -1 in place of a second one.
         island_of: (6 m,) the island of a rod.
         island_arms: (islands x 2,) where the island's link meets them, along their axes from the middle.
@@ -89,6 +90,7 @@ class Model(NamedTuple):
     link_impedance: tuple[float, float, float]
     link_stiffness: float
     link_damping: float
+    n_islands: int
     islands: np.ndarray
     island_of: np.ndarray
     island_arms: np.ndarray
@@ -309,6 +311,7 @@ def _links(
         "link_impedance": impedance,
         "link_stiffness": stiffness,
         "link_damping": damping,
+        "n_islands": len(pairs),
         "islands": pairs[order].ravel().astype(np.int64),
         "island_of": island_of,
         "island_arms": np.concatenate([arms, np.zeros((len(alone), 2))])[order].ravel(),

@@ -124,7 +124,7 @@ def find_pairs(model: Model, state: State) -> None:
     work.counts[N_PAIRS] = n
     zero = zero3(state.rods)
     if work.counts[N_USED] < 0:
-        for i in range(len(state.pair_force)):
+        for i in range(3 * PAIRS_OF_MODULE * model.n_modules):
             store(state.pair_force, i, 0.0)
     for i in range(work.counts[N_USED]):
         store3(state.pair_force, 3 * work.used[i], zero)

@@ -122,9 +122,23 @@ class MaskType(_Vector):
     element = ir.IntType(1)
 
 
+class AddressType(types.Type):
+    """The type of an address of vectors of one kind."""
+
+    def __init__(self, kind: _Vector) -> None:
+        self.kind = kind
+        super().__init__(name=f"Address({kind.name})")
+
+
 class _Model(models.PrimitiveModel):
     def __init__(self, manager: Any, fe_type: _Vector) -> None:
         super().__init__(manager, fe_type, fe_type.ir)
+
+
+@register_model(AddressType)
+class _AddressModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: AddressType) -> None:
+        super().__init__(manager, fe_type, fe_type.kind.ir.as_pointer())
 
 
 for _type in (RealType, IntegerType, MaskType):
@@ -249,7 +263,7 @@ _define_all()
 @intrinsic
 def load(typingctx: Any, array: Any, i: Any) -> Any:
     """Return vector i of a one-dimensional, contiguous array; the index is not checked."""
-    kind = _kind_of(array)
+    kind = kind_of(array)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         value = builder.load(_address(context, builder, sig, args))
@@ -262,7 +276,7 @@ def load(typingctx: Any, array: Any, i: Any) -> Any:
 @intrinsic
 def store(typingctx: Any, array: Any, i: Any, value: Any) -> Any:
     """Set vector i of a one-dimensional, contiguous array; the index is not checked."""
-    kind = _kind_of(array)
+    kind = kind_of(array)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vector = args[2] if sig.args[2] == kind else _spread(builder, kind, args[2])
@@ -275,7 +289,7 @@ def store(typingctx: Any, array: Any, i: Any, value: Any) -> Any:
 @intrinsic
 def load_lane(typingctx: Any, array: Any, i: Any, lane: Any) -> Any:
     """Return one lane of vector i of an array as a number; the indices are not checked."""
-    kind = _kind_of(array)
+    kind = kind_of(array)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.load(_address(context, builder, sig, args, lane=args[2]))
@@ -286,7 +300,7 @@ def load_lane(typingctx: Any, array: Any, i: Any, lane: Any) -> Any:
 @intrinsic
 def store_lane(typingctx: Any, array: Any, i: Any, lane: Any, value: Any) -> Any:
     """Set one lane of vector i of an array to a number; the indices are not checked."""
-    kind = _kind_of(array)
+    kind = kind_of(array)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         builder.store(args[3], _address(context, builder, sig, args, lane=args[2]))
@@ -295,8 +309,10 @@ def store_lane(typingctx: Any, array: Any, i: Any, lane: Any, value: Any) -> Any
     return types.void(array, types.intp, types.intp, kind.scalar), emit
 
 
-def _kind_of(array: Any) -> Any:
-    """Return the type of the vectors of an array's type."""
+def kind_of(array: Any) -> Any:
+    """Return the type of the vectors of an array or at an address."""
+    if isinstance(array, AddressType):
+        return array.kind
     assert isinstance(array, types.Array)
     assert array.ndim == 1
     assert array.layout == "C"
@@ -306,18 +322,19 @@ def _kind_of(array: Any) -> Any:
 
 def _address(context: Any, builder: Any, sig: Any, args: Any, *, lane: Any = None) -> Any:
     """Return the address of a vector, or of one of its lanes, from (array, index, ...)."""
-    array = context.make_array(sig.args[0])(context, builder, args[0])
-    kind = _kind_of(sig.args[0])
+    kind = kind_of(sig.args[0])
+    is_bare = isinstance(sig.args[0], AddressType)
+    data = args[0] if is_bare else context.make_array(sig.args[0])(context, builder, args[0]).data
     if lane is None:
-        return builder.gep(builder.bitcast(array.data, kind.ir.as_pointer()), [args[1]])
+        return builder.gep(builder.bitcast(data, kind.ir.as_pointer()), [args[1]])
     k = builder.add(builder.mul(args[1], ir.Constant(args[1].type, kind.width)), lane)
-    return builder.gep(builder.bitcast(array.data, kind.element.as_pointer()), [k])
+    return builder.gep(builder.bitcast(data, kind.element.as_pointer()), [k])
 
 
 @intrinsic
 def lanes(typingctx: Any, array: Any) -> Any:
     """Return how many lanes the vectors of an array have, which the compiler knows."""
-    width = _kind_of(array).width
+    width = kind_of(array).width
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return ir.Constant(ir.IntType(64), width)
@@ -328,7 +345,7 @@ def lanes(typingctx: Any, array: Any) -> Any:
 @intrinsic
 def splat(typingctx: Any, like: Any, value: Any) -> Any:
     """Return a number in every lane of a vector of the kind that ``like``, a vector or an array, holds."""
-    kind = _kind_of(like) if isinstance(like, types.Array) else like
+    kind = like if isinstance(like, RealType | IntegerType) else kind_of(like)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return _spread(builder, kind, args[1])

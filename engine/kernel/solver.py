@@ -44,7 +44,7 @@ def solve(model: Model, state: State) -> None:
     """Find the forces of contacts and links, and add to the accelerations what they do."""
     work = state.work
     simulated = load(state.failed, 0) == 0
-    n_islands, n_pairs = len(work.linked), work.counts[N_PAIRS]
+    n_islands, n_pairs = model.n_islands, work.counts[N_PAIRS]
     if n_pairs:
         _couple(model, state)
     for i in range(n_islands):
@@ -63,7 +63,7 @@ def _couple(model: Model, state: State) -> None:
     """Find which islands are coupled to others."""
     work = state.work
     coupled, pair = work.coupled, work.pair
-    for i in range(len(work.linked)):
+    for i in range(model.n_islands):
         store(coupled, i, 0)
     for n in range(work.counts[N_PAIRS]):
         # a contact is there in the lanes in which the inverse of its response is not 0
@@ -153,7 +153,7 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
     work = state.work
     settled = SETTLED / model.timestep
     touched = load(work.coupled, 0)
-    for i in range(1, len(work.linked)):
+    for i in range(1, model.n_islands):
         touched = touched | load(work.coupled, i)
     goes_on = simulated & (touched != 0)
     for n in range(work.counts[N_PAIRS]):
@@ -163,7 +163,7 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
             break
         work.counts[N_COUPLED] += 1
         still = simulated & ~simulated
-        for i in range(len(work.linked)):
+        for i in range(model.n_islands):
             here = goes_on & (load(work.coupled, i) != 0)
             if any_lane(here):
                 still = still | _relax_island(model, state, i, here, 1)
@@ -179,7 +179,7 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
 def _keep_forces(model: Model, state: State) -> None:
     """Keep all forces for the next step to start from."""
     work = state.work
-    n_islands, n_ground = len(work.linked), 2 * RODS * model.n_modules
+    n_islands, n_ground = model.n_islands, 2 * RODS * model.n_modules
     for i in range(n_islands):
         if work.linked[i]:
             store(state.link_force, i, load(work.link, LINK * i + 18))

@@ -130,7 +130,7 @@ KEPT: Final = ("rods", "link_force", "contact_force", "pair_force")
 
 def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
     """Return simulations at rest, all rods at the origin, with no forces and walls nowhere near."""
-    m, rods, islands = model.n_modules, RODS * model.n_modules, len(model.islands) // 2
+    m, rods, islands = model.n_modules, RODS * model.n_modules, model.n_islands
     pairs, wall_contacts = rods * (rods - 1) // 2, 2 * rods * n_walls
     contacts = 2 * rods + wall_contacts
 

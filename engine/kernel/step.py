@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from engine.kernel.bare import bare
 from engine.kernel.compiling import compiled, entry_point, inlined
 from engine.kernel.ground import touch_ground
 from engine.kernel.links import find_links
@@ -16,6 +17,11 @@ from engine.kernel.state import N_NEAR, State
 @compiled
 def advance(model: Model, state: State, n_steps: int) -> None:
     """Move all simulations that go on by a number of time steps, with the same commands."""
+    _advance(bare(model), bare(state), n_steps)
+
+
+@compiled
+def _advance(model: Model, state: State, n_steps: int) -> None:
     for _ in range(n_steps):
         free_motion(model, state)
         _search(model, state)
@@ -47,8 +53,8 @@ def _find_contacts(model: Model, state: State) -> None:
     """List the contacts with ground and walls, island by island and rod by rod."""
     start, islands = state.work.contact_start, model.islands
     n = 0
-    for i in range(len(islands)):
+    for i in range(2 * model.n_islands):
         start[i] = n
         if islands[i] >= 0:
             n = touch_ground(model, state, islands[i], n)
-    start[len(islands)] = n
+    start[2 * model.n_islands] = n
