@@ -45,7 +45,15 @@ def compile_network(controller: Controller, n_outputs: int) -> Network:
     # by node, then by source; a weight of 0 adds nothing
     node, source = np.nonzero(plan.weights.T)
     first = np.searchsorted(node, np.arange(len(plan.bias) + 1))
-    return Network(first, source, plan.weights[source, node], plan.bias, controller.n_inputs)
+    weight = plan.weights[source, node]
+    # Numba compiles anew for arrays of another layout
+    return Network(first, np.ascontiguousarray(source), weight, plan.bias.copy(), controller.n_inputs)
+
+
+def no_network() -> Network:
+    """Return a network without nodes."""
+    numbers = np.zeros(0)
+    return Network(np.zeros(1, np.int64), np.zeros(0, np.int64), numbers, numbers, 0)
 
 
 @inlined
