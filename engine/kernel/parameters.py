@@ -8,6 +8,7 @@ links divide the rods into islands of one or two.
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final, NamedTuple
 
 import mujoco
@@ -57,6 +58,7 @@ class Model(NamedTuple):
         island_of: (6 m,) the island of a rod.
         island_arms: (islands x 2,) where the island's link meets them, along their axes from the middle.
         island_weight: (islands,) MuJoCo's mean inverse inertia of the link.
+        speed_limit: speed in m/s that no rod can reach.
         apart: (6 m x 6 m,) 1 where two rods pass through each other.
     """
 
@@ -95,6 +97,7 @@ class Model(NamedTuple):
     island_of: np.ndarray
     island_arms: np.ndarray
     island_weight: np.ndarray
+    speed_limit: float
     apart: np.ndarray
 
 
@@ -130,6 +133,7 @@ def read_model(model: mujoco.MjModel) -> Model:
         **_rods(model, n),
         **_contacts(model),
         **_links(model, links, link_rods, link_anchors, n_rods),
+        speed_limit=math.inf,
         apart=_apart(model, n_rods),
     )
 

@@ -56,8 +56,7 @@ class Work(NamedTuple):
         used_walls: where those begin.
         coupled: (islands,) integers: 1 in lanes in which another island's rod touches one of this island's.
         moved: one vector: how far a point of a rod may have moved since the last search, in m.
-        lane: (8,) vectors of reals for what is done lane by lane.
-        box: (9,) numbers for one rod and one wall.
+        lane: (12,) vectors of reals for what is done lane by lane.
     """
 
     pose: np.ndarray
@@ -79,7 +78,6 @@ class Work(NamedTuple):
     coupled: np.ndarray
     moved: np.ndarray
     lane: np.ndarray
-    box: np.ndarray
 
 
 N_NEAR: Final = 0
@@ -106,6 +104,7 @@ class State(NamedTuple):
         rods: (rods x 13,) see ``ROD``.
         commanded: (modules x 5,) commanded lengths of the internal cables, in m.
         failed: (1,) integers: 0 while a simulation goes on, else one of ``guard``'s codes.
+        n_walls: walls of every lane.
         walls: (walls x 8,) see ``WALL``.
         link_force: (islands,) in N.
         contact_force: (slots x 3,) in N, in the world's axes: two of every rod with the ground, then two of
@@ -117,6 +116,7 @@ class State(NamedTuple):
     rods: np.ndarray
     commanded: np.ndarray
     failed: np.ndarray
+    n_walls: int
     walls: np.ndarray
     link_force: np.ndarray
     contact_force: np.ndarray
@@ -159,13 +159,13 @@ def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
         used_walls=numbers(wall_contacts),
         coupled=simd.integers(islands, width=width),
         moved=reals(1),
-        lane=reals(8),
-        box=np.zeros(9),
+        lane=reals(12),
     )
     state = State(
         rods=reals(ROD * rods),
         commanded=reals(INTERNAL * m),
         failed=simd.integers(1, width=width),
+        n_walls=n_walls,
         walls=reals(WALL * n_walls),
         link_force=reals(islands),
         contact_force=reals(3 * contacts),

@@ -11,7 +11,8 @@ from engine.kernel.parameters import Model
 from engine.kernel.rod_contacts import MARGIN, find_pairs, search_pairs
 from engine.kernel.simd import any_lane, load, store
 from engine.kernel.solver import solve
-from engine.kernel.state import N_NEAR, State
+from engine.kernel.state import N_NEAR, N_NEAR_WALLS, State
+from engine.kernel.walls import forget_walls, search_walls, touch_wall
 
 
 @compiled
@@ -45,6 +46,8 @@ def _search(model: Model, state: State) -> None:
     # both of two rods may have moved
     if counts[N_NEAR] < 0 or any_lane(2.0 * load(moved, 0) >= MARGIN):
         search_pairs(model, state)
+        if state.n_walls:
+            search_walls(model, state)
         store(moved, 0, 0.0)
 
 
@@ -52,9 +55,17 @@ def _search(model: Model, state: State) -> None:
 def _find_contacts(model: Model, state: State) -> None:
     """List the contacts with ground and walls, island by island and rod by rod."""
     start, islands = state.work.contact_start, model.islands
-    n = 0
+    counts, near_walls = state.work.counts, state.work.near_walls
+    n = near = 0
     for i in range(2 * model.n_islands):
         start[i] = n
-        if islands[i] >= 0:
-            n = touch_ground(model, state, islands[i], n)
+        k = islands[i]
+        if k < 0:
+            continue
+        n = touch_ground(model, state, k, n)
+        while near < counts[N_NEAR_WALLS] and near_walls[2 * near] == k:
+            n = touch_wall(model, state, k, near_walls[2 * near + 1], n)
+            near += 1
     start[2 * model.n_islands] = n
+    if state.n_walls:
+        forget_walls(model, state)
