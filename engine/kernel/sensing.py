@@ -111,6 +111,14 @@ def make_scene(
     )
 
 
+def offsets_of(distance: float, bearings: Sequence[float]) -> np.ndarray:
+    """Return the (targets, 2) places in the frame at a distance in m and some bearings in rad.
+
+    They are ``engine.tasks.target_offsets``, with the same bits on every machine.
+    """
+    return distance * np.array([direction_of(b) for b in bearings])
+
+
 def direction_of(bearing: float) -> tuple[float, float]:
     """Return cosine and sine of an angle in rad, the same on every machine."""
     numbers = reals(3, width=1)
