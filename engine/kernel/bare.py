@@ -7,7 +7,7 @@ array, one of vectors goes to ``simd.load`` and ``simd.store``. Neither knows it
 """
 
 # Numba calls what types and emits an operation with arguments that not every operation needs
-# ruff: noqa: ARG001
+# ruff: noqa: ARG001, ARG002
 
 from __future__ import annotations
 
@@ -74,13 +74,16 @@ def bare(typingctx: Any, record: Any) -> Any:
     return result(record), emit
 
 
+def _is_record(kind: Any) -> bool:
+    return isinstance(kind, types.BaseNamedTuple)
+
+
 def _bare_type(kind: Any) -> Any:
     if isinstance(kind, types.Array):
         return AddressType(kind_of(kind)) if isinstance(kind.dtype, types.Record) else NumbersType(kind.dtype)
-    if isinstance(kind, types.BaseNamedTuple):
+    if _is_record(kind):
         fields = [_bare_type(t) for t in kind.types]
-        uniform = len(set(fields)) == 1
-        if uniform:
+        if len(set(fields)) == 1:
             return types.NamedUniTuple(fields[0], len(fields), kind.instance_class)
         return types.NamedTuple(fields, kind.instance_class)
     return kind
@@ -90,7 +93,7 @@ def _emit(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     if isinstance(kind, types.Array):
         data = context.make_array(kind)(context, builder, value).data
         return builder.bitcast(data, context.get_value_type(_bare_type(kind)))
-    if isinstance(kind, types.BaseNamedTuple):
+    if _is_record(kind):
         values = cgutils.unpack_tuple(builder, value)
         fields = [_emit(context, builder, t, v) for t, v in zip(kind.types, values, strict=True)]
         return context.make_tuple(builder, _bare_type(kind), fields)

@@ -53,7 +53,7 @@ def touching_points(p: Vector, h: Vector, s: Vector, half_length: float) -> tupl
     if kind == FACE:
         second = _second_on_face(p, h, s, first, face) if face >= 0 else NOWHERE
     elif kind == 1:
-        second = _second_across_edge(h, s, half_length, first, at_edge, corner, edge)
+        second = _second_across_edge(h, s, first, at_edge, corner, edge)
     else:
         second = _second_at_corner(h, s, half_length, first, corner)
     return first, second
@@ -148,10 +148,8 @@ def _second_on_face(p: Vector, h: Vector, s: Vector, first: float, face: int) ->
 
 
 @compiled
-def _second_across_edge(
-    h: Vector, s: Vector, half_length: float, first: float, at_edge: float, corner: int, edge: int
-) -> float:
-    """Return the second point of a rod that crosses an edge, on the face with which it makes less of an angle."""
+def _second_across_edge(h: Vector, s: Vector, first: float, at_edge: float, corner: int, edge: int) -> float:
+    """Return the second point of a rod that crosses an edge: over the face that it is nearly parallel to."""
     direction = _direction(h)
     crossing = (direction ^ corner) & (7 - (1 << edge))
     if crossing not in (1, 2, 4):

@@ -94,8 +94,10 @@ def relax_on_ground(
     """Give a contact with the ground the best force while all others stay.
 
     Args:
-        contact, c: where it is.
-        linear, angular: acceleration of the rod.
+        contact: all contacts.
+        c: where this one begins.
+        linear: acceleration of the rod.
+        angular: its angular acceleration.
         goes_on: lanes whose force may change.
         friction: coefficient.
         across: softness across the normal as a part of that along it.

@@ -1,11 +1,11 @@
 """The force of one contact within its friction cone, everything else held fixed.
 
 A contact's force f minimises 1/2 f'Bf + b'f over the cone |tangential part| <= mu x normal part, where B is
-the contact's acceleration per force, softness included, and Bf + b the residual: acceleration of the contact's
-point less the reference acceleration, plus softness times force. A minimum inside the cone is found
-exactly. Otherwise a visit takes three steps that never raise the cost: along the ray through the force, or, from the
-tip of the cone, along the ray that falls fastest, then two projected gradient steps along the cone's surface.
-MuJoCo's PGS tries only the normal at the tip, where it can stick; see ``docs/physics.md``.
+the contact's acceleration per force, softness included, and Bf + b the residual: acceleration of the
+contact's point less the one that it seeks, plus softness times force. A minimum inside the cone is found
+exactly. Otherwise a visit takes three steps that never raise the cost: along the ray through the force, or,
+from the tip of the cone, along the ray that falls fastest, then two projected gradient steps along the cone's
+surface. MuJoCo's PGS tries only the normal at the tip, where it can stick.
 """
 
 from __future__ import annotations
@@ -56,7 +56,9 @@ def _along_surface(f: Point, residual: Point, step: Real, normal: Point, pushed:
     """Return a force moved down the cost across the normal, as far as friction goes.
 
     Args:
-        f, residual, normal: see ``slide``.
+        f: see ``slide``.
+        residual: see ``slide``.
+        normal: see ``slide``.
         step: force per residual.
         pushed: the force's part along the normal, which stays.
         most: the most that its part across may be.

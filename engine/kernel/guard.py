@@ -11,7 +11,7 @@ from engine.guard import ARENA_RADIUS, speed_limit
 from engine.kernel.algebra import dot, load3
 from engine.kernel.bare import bare
 from engine.kernel.compiling import compiled
-from engine.kernel.parameters import RODS, Model, read_model
+from engine.kernel.parameters import INTERNAL, RODS, Model, read_model
 from engine.kernel.simd import absolute, load, maximum, select, splat, store, to_integer
 from engine.kernel.state import ROD, State
 from engine.robot import RobotModel
@@ -20,6 +20,7 @@ GOES_ON: Final = 0
 NOT_FINITE: Final = 1
 OUTSIDE: Final = 2
 TOO_FAST: Final = 3
+COMMAND: Final = 4
 
 
 def read_robot(robot: RobotModel) -> Model:
@@ -34,6 +35,7 @@ def read_robot(robot: RobotModel) -> Model:
 def reason(code: int, model: Model) -> str:
     """Say what a code other than ``GOES_ON`` means."""
     return {
+        COMMAND: "a control was not finite",
         NOT_FINITE: "the state is not finite",
         OUTSIDE: f"a rod is more than {ARENA_RADIUS:g} m from the origin, outside the arena",
         TOO_FAST: f"a rod moves faster than {model.speed_limit:.1f} m/s, which is impossible",
@@ -62,5 +64,9 @@ def _judge(model: Model, state: State) -> None:
     code = select(fastest <= model.speed_limit * model.speed_limit, 0.0, 1.0 * TOO_FAST)
     code = select(reach < ARENA_RADIUS, code, 1.0 * OUTSIDE)
     code = select(size - size == 0.0, code, 1.0 * NOT_FINITE)
+    control = splat(rods, 0.0)
+    for i in range(INTERNAL * model.n_modules):
+        control = control + absolute(load(state.commanded, i))
+    code = select(control - control == 0.0, code, 1.0 * COMMAND)
     before = load(failed, 0)
     store(failed, 0, select(before == 0, to_integer(code), before))

@@ -79,9 +79,11 @@ def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on
     """Give a link, which only pushes or pulls, the best force while all others stay; return its change.
 
     Args:
-        link, c: where it is.
+        link: all links.
+        c: where this one begins.
         acceleration: of rods.
-        a, b: where the accelerations of its two rods are.
+        a: where that of its first rod begins.
+        b: where that of its second rod begins.
         goes_on: lanes whose force may change.
     """
     f = load(link, c + 18)

@@ -33,7 +33,9 @@ def plus_rod(
         s: the matrix.
         e: unit vector along the rod.
         r: the point, from the rod's centre of mass.
-        inverse_mass, inverse_inertia, inverse_spin: the rod's, see ``parameters.Model``.
+        inverse_mass: the rod's, as the next two, see ``parameters.Model``.
+        inverse_inertia: of turning about an axis across the rod.
+        inverse_spin: by how much more about its own axis.
     """
     diagonal = dot(r, r) * inverse_inertia + inverse_mass
     sx = e[1] * r[2] - e[2] * r[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from engine.kernel.bare import bare
 from engine.kernel.compiling import compiled, entry_point, inlined
 from engine.kernel.ground import touch_ground
+from engine.kernel.guard import judge
 from engine.kernel.links import find_links
 from engine.kernel.motion import free_motion, integrate
 from engine.kernel.parameters import Model
@@ -35,8 +36,9 @@ def _advance(model: Model, state: State, n_steps: int) -> None:
 
 @entry_point
 def run(model: Model, state: State, n_steps: int) -> None:
-    """Do what ``advance`` does, called from Python; other threads may run meanwhile."""
+    """Do what ``advance`` does, called from Python, and then judge; other threads may run meanwhile."""
     advance(model, state, n_steps)
+    judge(model, state)
 
 
 @inlined

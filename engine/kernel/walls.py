@@ -78,7 +78,7 @@ def read_walls(model: mujoco.MjModel) -> list[Wall]:
         w, x, y, z = model.geom_quat[g]
         if x or y:
             raise ValueError(f"the kernel needs boxes to stand upright; geom {g} is tilted")
-        centre, half_size = (tuple(map(float, v[g])) for v in (model.geom_pos, model.geom_size))
+        centre, half_size = model.geom_pos[g].tolist(), model.geom_size[g].tolist()
         walls.append(Wall(centre=centre, half_size=half_size, yaw=2.0 * math.atan2(z, w)))
     return walls
 
@@ -172,12 +172,22 @@ def _point_of(points: object, i: int, lane: int) -> tuple[float, float, float]:
 
 @compiled
 def _touch(
-    model: Model, state: State, k: int, n: int, slot: int, near: Mask, at: Point, p: Point, s: Point, turn: Turn
+    model: Model,
+    state: State,
+    k: int,
+    n: int,
+    slot: int,
+    near: Mask,
+    at: Point,
+    p: Point,
+    s: Point,
+    turn: Turn,
 ) -> int:
-    """List the contact of a sphere about a point of a rod with a wall, after n others; return how many there are.
+    """List the contact of a sphere about a point of a rod with a wall, after n others; return how many.
 
     Args:
-        model, state: all else.
+        model: the robot.
+        state: the simulations.
         k: the rod.
         n: contacts before.
         slot: where the contact's force is kept.
