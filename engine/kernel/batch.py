@@ -35,7 +35,7 @@ def widest() -> int:
 
 
 def width_for(copies: int) -> int:
-    """Return how many lanes to give a robot's simulations: the fewest that hold them, or as many as there are.
+    """Return how many lanes to give a robot's simulations: the fewest that hold them, or the most there are.
 
     One simulation in a vector of eight takes twice as long as one alone.
     """

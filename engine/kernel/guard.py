@@ -29,7 +29,7 @@ def read_robot(robot: RobotModel) -> Model:
     Raises:
         ValueError: its model has something that the kernel does not know; says what.
     """
-    return read_model(robot.model)._replace(speed_limit=speed_limit(robot))
+    return read_model(robot.model)._replace(speed_limit=speed_limit(robot), arena_radius=ARENA_RADIUS)
 
 
 def reason(code: int, model: Model) -> str:
@@ -62,7 +62,7 @@ def _judge(model: Model, state: State) -> None:
         fastest = maximum(dot(velocity, velocity), fastest)
     # a sum of squares is finite only if everything in it is; what is not a number compares as false
     code = select(fastest <= model.speed_limit * model.speed_limit, 0.0, 1.0 * TOO_FAST)
-    code = select(reach < ARENA_RADIUS, code, 1.0 * OUTSIDE)
+    code = select(reach < model.arena_radius, code, 1.0 * OUTSIDE)
     code = select(size - size == 0.0, code, 1.0 * NOT_FINITE)
     control = splat(rods, 0.0)
     for i in range(INTERNAL * model.n_modules):

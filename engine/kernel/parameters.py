@@ -23,6 +23,10 @@ PASSIVE: Final = 24
 INTERNAL: Final = 5
 """Internal cables of a module, each with an actuator."""
 CABLES: Final = PASSIVE + INTERNAL
+SETTLED: Final = 1e-8
+"""Default of ``Model.settled``."""
+MOST_SWEEPS: Final = 200
+"""Default of ``Model.most_sweeps``."""
 _ON_AXIS: Final = 1e-12
 """How far from a rod's axis, in m, the point of a link may lie."""
 
@@ -59,6 +63,9 @@ class Model(NamedTuple):
         island_arms: (islands x 2,) where the island's link meets them, along their axes from the middle.
         island_weight: (islands,) MuJoCo's mean inverse inertia of the link.
         speed_limit: speed in m/s that no rod can reach.
+        arena_radius: coordinate in m beyond which no rod can get.
+        settled: change of a rod's velocity in m/s by one force in one sweep that does not count.
+        most_sweeps: sweeps after which forces are taken as they are.
         apart: (6 m x 6 m,) 1 where two rods pass through each other.
     """
 
@@ -98,6 +105,9 @@ class Model(NamedTuple):
     island_arms: np.ndarray
     island_weight: np.ndarray
     speed_limit: float
+    arena_radius: float
+    settled: float
+    most_sweeps: int
     apart: np.ndarray
 
 
@@ -134,6 +144,9 @@ def read_model(model: mujoco.MjModel) -> Model:
         **_contacts(model),
         **_links(model, links, link_rods, link_anchors, n_rods),
         speed_limit=math.inf,
+        arena_radius=math.inf,
+        settled=SETTLED,
+        most_sweeps=MOST_SWEEPS,
         apart=_apart(model, n_rods),
     )
 
