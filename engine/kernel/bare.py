@@ -19,7 +19,8 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 
-from engine.kernel.simd import AddressType, intrinsic, kind_of
+from engine.kernel.simd import intrinsic, kind_of
+from engine.kernel.vectors import AddressType
 
 
 class NumbersType(types.Type):

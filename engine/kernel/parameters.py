@@ -23,9 +23,9 @@ PASSIVE: Final = 24
 INTERNAL: Final = 5
 """Internal cables of a module, each with an actuator."""
 CABLES: Final = PASSIVE + INTERNAL
-SETTLED: Final = 1e-8
-"""Default of ``Model.settled``."""
-MOST_SWEEPS: Final = 200
+SETTLED: Final = 1e-9
+"""Default of ``Model.settled``, in m/s; ``solver`` says why."""
+MOST_SWEEPS: Final = 1000
 """Default of ``Model.most_sweeps``."""
 _ON_AXIS: Final = 1e-12
 """How far from a rod's axis, in m, the point of a link may lie."""

@@ -26,7 +26,6 @@ the processor, nor on what the other lanes hold.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any, Final, TypeAlias
 
@@ -34,8 +33,17 @@ import numpy as np
 from llvmlite import ir
 from numba import extending, types
 from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import lower_builtin, models, register_model
+
+from engine.kernel.vectors import (
+    AddressType,
+    IntegerType,
+    MaskType,
+    RealType,
+    VectorType,
+    common,
+    spread,
+    vectors,
+)
 
 WIDTHS: Final = (1, 2, 4, 8)
 """Lanes that a vector may have; 2, 4 and 8 fill a register of SSE2, AVX2 and AVX-512."""
@@ -87,179 +95,6 @@ def _allocate(shape: Sequence[int], dtype: type[np.generic], width: int) -> np.n
     return raw[start : start + n_bytes].view(record).reshape(shape)
 
 
-class _Vector(types.Type):
-    """A Numba type of ``width`` elements."""
-
-    element: ir.Type
-
-    def __init__(self, width: int) -> None:
-        self.width = width
-        super().__init__(name=f"{type(self).__name__}x{width}")
-
-    @property
-    def ir(self) -> ir.VectorType:
-        """The vector's type in LLVM."""
-        return ir.VectorType(self.element, self.width)
-
-
-class RealType(_Vector):
-    """The type of a vector of doubles."""
-
-    element = ir.DoubleType()
-    scalar = types.float64
-
-
-class IntegerType(_Vector):
-    """The type of a vector of 64-bit integers."""
-
-    element = ir.IntType(64)
-    scalar = types.int64
-
-
-class MaskType(_Vector):
-    """The type of a vector of truth values."""
-
-    element = ir.IntType(1)
-
-
-class AddressType(types.Type):
-    """The type of an address of vectors of one kind."""
-
-    def __init__(self, kind: _Vector) -> None:
-        self.kind = kind
-        super().__init__(name=f"Address({kind.name})")
-
-
-class _Model(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: _Vector) -> None:
-        super().__init__(manager, fe_type, fe_type.ir)
-
-
-@register_model(AddressType)
-class _AddressModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, fe_type: AddressType) -> None:
-        super().__init__(manager, fe_type, fe_type.kind.ir.as_pointer())
-
-
-for _type in (RealType, IntegerType, MaskType):
-    register_model(_type)(_Model)
-
-_I32: Final = ir.IntType(32)
-
-
-def _spread(builder: Any, kind: Any, value: Any) -> Any:
-    """Return a vector with one number in every lane."""
-    one = builder.insert_element(ir.Constant(kind.ir, ir.Undefined), value, ir.Constant(_I32, 0))
-    lanes = ir.Constant(ir.VectorType(_I32, kind.width), [0] * kind.width)
-    return builder.shuffle_vector(one, ir.Constant(kind.ir, ir.Undefined), lanes)
-
-
-def _vectors(builder: Any, sig: Any, args: Sequence[Any]) -> list[Any]:
-    """Return arguments as vectors, numbers spread over the lanes."""
-    kind = next(t for t in sig.args if isinstance(t, RealType | IntegerType))
-    return [
-        v if isinstance(t, _Vector) else _spread(builder, kind, v)
-        for t, v in zip(sig.args, args, strict=True)
-    ]
-
-
-def _common(args: Sequence[Any]) -> tuple[Any, list[Any]] | None:
-    """Return the vector type of mixed arguments and the types to cast them to; None if they do not fit."""
-    kinds = {a for a in args if isinstance(a, RealType | IntegerType)}
-    if len(kinds) != 1:
-        return None
-    kind = kinds.pop()
-    number = types.Number if isinstance(kind, RealType) else types.Integer
-    if not all(a == kind or isinstance(types.unliteral(a), number) for a in args):
-        return None
-    return kind, [a if a == kind else kind.scalar for a in args]
-
-
-_Emit: TypeAlias = Callable[..., Any]
-
-
-def _define(
-    symbol: Any, vector: type[_Vector], emit: _Emit, *, arity: int = 2, compares: bool = False
-) -> None:
-    """Give an operator a meaning for vectors of one kind.
-
-    Args:
-        symbol: the operator's function.
-        vector: the kind of vector.
-        emit: takes an LLVM builder and the operands' vectors, returns the result.
-        arity: number of operands.
-        compares: whether the result is a mask.
-    """
-
-    class Template(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
-            if len(args) != arity or kws:
-                return None
-            if vector is MaskType:
-                same = isinstance(args[0], MaskType) and all(a == args[0] for a in args)
-                return signature(args[0], *args) if same else None
-            common = _common(args)
-            if common is None or not isinstance(common[0], vector):
-                return None
-            kind, cast = common
-            return signature(MaskType(kind.width) if compares else kind, *cast)
-
-    infer_global(symbol)(Template)
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return emit(builder, *(args if vector is MaskType else _vectors(builder, sig, args)))
-
-    scalar = getattr(vector, "scalar", None)
-    operands: list[tuple[Any, ...]] = [(vector,) * arity]
-    if scalar is not None and arity == 2:
-        operands += [(vector, scalar), (scalar, vector)]
-    for kinds in operands:
-        lower_builtin(symbol, *kinds)(lower)
-
-
-_COMPARISONS: Final = {
-    operator.lt: "<",
-    operator.le: "<=",
-    operator.gt: ">",
-    operator.ge: ">=",
-    operator.eq: "==",
-}
-
-
-def _define_all() -> None:
-    for symbol, name in (
-        (operator.add, "fadd"),
-        (operator.sub, "fsub"),
-        (operator.mul, "fmul"),
-        (operator.truediv, "fdiv"),
-    ):
-        _define(symbol, RealType, lambda b, x, y, name=name: getattr(b, name)(x, y))
-    _define(operator.neg, RealType, lambda b, x: b.fneg(x), arity=1)
-    for symbol, name in (
-        (operator.add, "add"),
-        (operator.sub, "sub"),
-        (operator.mul, "mul"),
-        (operator.and_, "and_"),
-        (operator.or_, "or_"),
-        (operator.xor, "xor"),
-        (operator.lshift, "shl"),
-        (operator.rshift, "lshr"),
-    ):
-        _define(symbol, IntegerType, lambda b, x, y, name=name: getattr(b, name)(x, y))
-    for symbol, name in _COMPARISONS.items():
-        _define(symbol, RealType, lambda b, x, y, n=name: b.fcmp_ordered(n, x, y), compares=True)
-        _define(symbol, IntegerType, lambda b, x, y, n=name: b.icmp_signed(n, x, y), compares=True)
-    # unlike the other comparisons, this one is true of NaN
-    _define(operator.ne, RealType, lambda b, x, y: b.fcmp_unordered("!=", x, y), compares=True)
-    _define(operator.ne, IntegerType, lambda b, x, y: b.icmp_signed("!=", x, y), compares=True)
-    for symbol, name in ((operator.and_, "and_"), (operator.or_, "or_"), (operator.xor, "xor")):
-        _define(symbol, MaskType, lambda b, x, y, name=name: getattr(b, name)(x, y))
-    _define(operator.invert, MaskType, lambda b, x: b.not_(x), arity=1)
-
-
-_define_all()
-
-
 @intrinsic
 def load(typingctx: Any, array: Any, i: Any) -> Any:
     """Return vector i of a one-dimensional, contiguous array; the index is not checked."""
@@ -279,7 +114,7 @@ def store(typingctx: Any, array: Any, i: Any, value: Any) -> Any:
     kind = kind_of(array)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        vector = args[2] if sig.args[2] == kind else _spread(builder, kind, args[2])
+        vector = args[2] if sig.args[2] == kind else spread(builder, kind, args[2])
         builder.store(vector, _address(context, builder, sig, args)).align = 8
         return context.get_dummy_value()
 
@@ -348,7 +183,7 @@ def splat(typingctx: Any, like: Any, value: Any) -> Any:
     kind = like if isinstance(like, RealType | IntegerType) else kind_of(like)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _spread(builder, kind, args[1])
+        return spread(builder, kind, args[1])
 
     return kind(like, kind.scalar), emit
 
@@ -356,9 +191,9 @@ def splat(typingctx: Any, like: Any, value: Any) -> Any:
 @intrinsic
 def select(typingctx: Any, mask: Any, a: Any, b: Any) -> Any:
     """Return a where a mask is true and b elsewhere; either may be a number."""
-    common = _common([a, b])
-    if common is not None:
-        kind, cast = common
+    kinds = common([a, b])
+    if kinds is not None:
+        kind, cast = kinds
     elif isinstance(types.unliteral(a), types.Float) and isinstance(types.unliteral(b), types.Float):
         kind, cast = RealType(mask.width), [types.float64, types.float64]
     else:
@@ -366,7 +201,7 @@ def select(typingctx: Any, mask: Any, a: Any, b: Any) -> Any:
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         x, y = (
-            v if t == kind else _spread(builder, kind, v) for t, v in zip(sig.args[1:], args[1:], strict=True)
+            v if t == kind else spread(builder, kind, v) for t, v in zip(sig.args[1:], args[1:], strict=True)
         )
         return builder.select(args[0], x, y)
 
@@ -386,14 +221,14 @@ def minimum(typingctx: Any, a: Any, b: Any) -> Any:
 
 
 def _choice(a: Any, b: Any, comparison: str) -> Any:
-    common = _common([a, b])
-    if common is None:
+    kinds = common([a, b])
+    if kinds is None:
         return None
-    kind, cast = common
+    kind, cast = kinds
     real = isinstance(kind, RealType)
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        x, y = _vectors(builder, sig, args)
+        x, y = vectors(builder, sig, args)
         compare = builder.fcmp_ordered if real else builder.icmp_signed
         return builder.select(compare(comparison, x, y), x, y)
 
@@ -452,7 +287,7 @@ def _reduced(mask: Any, comparison: str, value: int) -> Any:
     return types.boolean(mask), emit
 
 
-def _converted(source: type[_Vector], target: type[_Vector], instruction: str) -> Callable[..., Any]:
+def _converted(source: type[VectorType], target: type[VectorType], instruction: str) -> Callable[..., Any]:
     """Return a typing and lowering of one of LLVM's conversions."""
 
     def typed(typingctx: Any, a: Any) -> Any:
@@ -501,14 +336,14 @@ def mask_to_integer(typingctx: Any, a: Any) -> Any:
 @intrinsic
 def multiply_32(typingctx: Any, a: Any, b: Any) -> Any:
     """Return the 64-bit products of the lower 32 bits, both without sign; b may be a number."""
-    common = _common([a, b])
-    if common is None or not isinstance(common[0], IntegerType):
+    kinds = common([a, b])
+    if kinds is None or not isinstance(kinds[0], IntegerType):
         return None
-    kind, cast = common
+    kind, cast = kinds
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        low = _spread(builder, kind, ir.Constant(kind.element, 0xFFFFFFFF))
-        x, y = (builder.and_(v, low) for v in _vectors(builder, sig, args))
+        low = spread(builder, kind, ir.Constant(kind.element, 0xFFFFFFFF))
+        x, y = (builder.and_(v, low) for v in vectors(builder, sig, args))
         return builder.mul(x, y)
 
     return kind(*cast), emit
@@ -534,7 +369,7 @@ def floor(typingctx: Any, a: Any) -> Any:
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         rounded = _nearest(builder, a, args[0])
-        one = _spread(builder, a, ir.Constant(a.element, 1.0))
+        one = spread(builder, a, ir.Constant(a.element, 1.0))
         above = builder.fcmp_ordered(">", rounded, args[0])
         return builder.select(above, builder.fsub(rounded, one), rounded)
 
@@ -542,5 +377,5 @@ def floor(typingctx: Any, a: Any) -> Any:
 
 
 def _nearest(builder: Any, kind: Any, value: Any) -> Any:
-    grid = _spread(builder, kind, ir.Constant(kind.element, _INTEGER_GRID))
+    grid = spread(builder, kind, ir.Constant(kind.element, _INTEGER_GRID))
     return builder.fsub(builder.fadd(value, grid), grid)

@@ -7,11 +7,15 @@ every lane takes its own number of sweeps, whatever the others do.
 
 Where rods of two islands touch, those islands are coupled and wait: afterwards all coupled islands and the
 contacts between rods are swept over together, until a sweep changes nothing that counts.
+
+What counts, ``Model.settled``, is a change of 1e-9 m/s. Crawling robots of 2 to 10 modules then take 2.5 to 5
+sweeps per island and step, and rods end 2 s within 5e-10 to 2e-8 m of where a tenth of that puts them; 1e-8
+saves 3 % of the time and costs a digit, 1e-10 costs 3 to 5 %. A step from states with no forces known is then
+within 2e-9 m/s of Newton's; only rods that lie across a wall's edge can need more than the 1,000 sweeps at
+which an island is left as it is, and are some 1e-6 m/s off then.
 """
 
 from __future__ import annotations
-
-from typing import Final
 
 from engine.kernel.algebra import Point, dot, load3, store3
 from engine.kernel.compiling import compiled, inlined
@@ -33,11 +37,6 @@ from engine.kernel.state import (
     State,
 )
 
-SETTLED: Final = 1e-8
-"""Change of a rod's velocity in m/s by one force in one sweep that does not count."""
-MOST_SWEEPS: Final = 200
-"""Sweeps after which an island's forces, or those of all coupled islands, are taken as they are."""
-
 
 @compiled
 def solve(model: Model, state: State) -> None:
@@ -52,7 +51,7 @@ def solve(model: Model, state: State) -> None:
         goes_on = simulated
         if n_pairs:
             goes_on = goes_on & (load(work.coupled, i) == 0)
-        _relax_island(model, state, i, goes_on, MOST_SWEEPS)
+        _relax_island(model, state, i, goes_on, model.most_sweeps)
     if n_pairs:
         _relax_coupled(model, state, simulated)
     _keep_forces(model, state)
@@ -118,7 +117,7 @@ def _relax_island(model: Model, state: State, i: int, goes_on: Mask, most: int) 
     link, contact, acceleration = work.link, work.contact, work.acceleration
     across = 1.0 / model.impratio
     n_ground = 2 * RODS * model.n_modules
-    settled = SETTLED / model.timestep
+    settled = model.settled / model.timestep
     for _ in range(most):
         if not any_lane(goes_on):
             break
@@ -151,14 +150,14 @@ def _relax_island(model: Model, state: State, i: int, goes_on: Mask, most: int) 
 def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
     """Sweep over all coupled islands and the contacts between rods until nothing that counts changes."""
     work = state.work
-    settled = SETTLED / model.timestep
+    settled = model.settled / model.timestep
     touched = load(work.coupled, 0)
     for i in range(1, model.n_islands):
         touched = touched | load(work.coupled, i)
     goes_on = simulated & (touched != 0)
     for n in range(work.counts[N_PAIRS]):
         push_pair(model, state, n, load3(work.pair, PAIR * n + 12))
-    for _ in range(MOST_SWEEPS):
+    for _ in range(model.most_sweeps):
         if not any_lane(goes_on):
             break
         work.counts[N_COUPLED] += 1

@@ -18,7 +18,7 @@ from engine.robot import Physics, build_robot, with_walls
 from engine.walls import Wall
 
 PHYSICS = Physics()
-EVERY = 3
+EVERY = 2
 """Control updates from one recorded state to the next."""
 
 
@@ -110,8 +110,8 @@ FREE = build_robot(Morphology(1, (2, 5, 1, 6, 8)), PHYSICS)
 """Soft, so that its rods touch each other."""
 BETWEEN = build_robot(Morphology(5, (5, 6)), PHYSICS)
 GATE = (
-    Wall(centre=(0.02, 0.075, 0.06), half_size=(0.2, 0.02, 0.06), yaw=0.1),
-    Wall(centre=(0.02, -0.075, 0.06), half_size=(0.2, 0.02, 0.06), yaw=-0.05),
+    Wall(centre=(0.02, 0.068, 0.06), half_size=(0.2, 0.02, 0.06), yaw=0.1),
+    Wall(centre=(0.02, -0.068, 0.06), half_size=(0.2, 0.02, 0.06), yaw=-0.05),
 )
 ACROSS = build_robot(Morphology(3, (3, 7, 1)), PHYSICS)
 STEPS = (

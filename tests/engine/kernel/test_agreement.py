@@ -36,7 +36,7 @@ def recorded(request):
 def test_states_have_what_they_are_recorded_for(recorded):
     _, walls, states = recorded
     assert states.on_ground.max() >= 4
-    assert (states.on_walls.sum() > 40) if walls else (states.of_rods.sum() > 10)
+    assert (states.on_walls.sum() >= 40) if walls else (states.of_rods.sum() > 10)
     # some fall freely, some slide
     assert (states.on_ground == 0).any()
     assert (np.abs(of_centres(states.qvel)).max(axis=(1, 2))[states.on_ground > 0] > 0.1).any()
@@ -54,8 +54,8 @@ def test_a_step_of_a_run_is_newtons(recorded):
     """A run's sweeps end early; states without known forces are the worst for it."""
     robot, walls, states = recorded
     error = np.abs(of_centres(stepped(robot, walls, states)) - of_centres(states.next_qvel)).max(axis=(1, 2))
-    assert np.quantile(error, 0.97) < 1e-6
-    assert np.median(error) < 1e-8
+    assert np.quantile(error, 0.97) < 2e-6
+    assert np.median(error) < 2e-9
 
 
 @pytest.mark.parametrize(

@@ -42,8 +42,8 @@ def test_chosen_rods_are_among_all():
 
 
 def _put(sim, i, row, value):
-    """Set a number of the first rod of simulation i of the first robot."""
-    sim._lanes[0].rods[0, row, i] = value
+    """Set a number of all rods of simulation i of the first robot."""
+    sim._lanes[0].rods[:, row, i] = value
 
 
 @pytest.mark.parametrize(
