@@ -19,8 +19,18 @@ others need are ``n_modules`` and ``timestep``.
     One vector of integers: 0 in the lane of a simulation that goes on, else one of ``guard``'s codes.
     ``advance`` leaves such a lane as it is.
 
-``step.advance(model, state, n_steps)`` is a jitted function that moves all lanes on by ``n_steps`` time
-steps. After each control update ``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes
-that have diverged. Both can be called from compiled code; neither allocates. The outermost function, which
-Python calls, is decorated with ``compiling.entry_point``, which keeps it on disk.
+A state also has the forces of the last step, from which a step starts its search, and each lane's walls
+(``walls.place_walls``). ``state.save`` and ``state.restore`` move a simulation, bits and all, from a lane to
+any other; who writes ``state.rods`` otherwise calls ``state.forget`` afterwards.
+
+``guard.read_robot`` makes a model, ``state.new_state`` lanes. ``step.advance(model, state, n_steps)`` is a
+jitted function that moves all lanes on by ``n_steps`` time steps. After each control update
+``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes that have diverged. Both can be
+called from compiled code; neither allocates. The outermost function, which Python calls, is decorated with
+``compiling.entry_point``, which keeps it on disk: ``step.run`` does both, ``batch.KernelBatch`` is what
+Python sees of them.
+
+One simulation's bits depend on nothing but its robot, its walls, its state and its commands: not on the
+number of lanes, nor on what the others hold, nor on threads, nor on the processor's instructions. What would
+be needed on ARM: nothing but lanes of two; no instruction that x86-64 alone has is asked for.
 """

@@ -182,12 +182,6 @@ def forget(state: State) -> None:
     state.work.counts[[N_NEAR, N_USED, N_USED_WALLS]] = -1
 
 
-def saved_size(model: Model, n_walls: int = 0) -> int:
-    """Return how many numbers one simulation's saved state has."""
-    state = new_state(model, width=1, n_walls=n_walls)
-    return sum(len(getattr(state, field)) for field in KEPT)
-
-
 def save(state: State, lane: int) -> np.ndarray:
     """Return one simulation's state, from which it goes on with the same bits in any lane of any width."""
     return np.concatenate([simd.by_lane(getattr(state, field))[:, lane] for field in KEPT])
