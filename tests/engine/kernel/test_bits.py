@@ -8,6 +8,7 @@ from recorded import ACROSS, BETWEEN, FREE, GATE, PHYSICS, STEPS, commands
 
 from engine.kernel import simd
 from engine.kernel.batch import KernelBatch
+from engine.walls import Wall
 
 N_UPDATES = 60
 WALLS = [(), GATE, STEPS[:2]]
@@ -93,11 +94,14 @@ def test_a_branch_goes_on_as_its_origin():
 
 
 def test_a_branch_may_have_walls():
-    """They stand where nothing is yet, so that the robot goes on as without them until it meets them."""
+    """The robot goes on with the same bytes until it meets one."""
     origin = run([BETWEEN], copies=1, n_updates=30, width=1)
-    branch = KernelBatch([BETWEEN], copies=1, physics=PHYSICS, width=1, walls=[STEPS])
+    far = Wall(centre=(0.0, 1.0, 0.1), half_size=(0.5, 0.1, 0.1))
+    near = Wall(centre=(0.05, 0.0, 0.03), half_size=(0.05, 0.05, 0.03))
+    branch = KernelBatch([BETWEEN], copies=2, physics=PHYSICS, width=2, walls=[(far, far), (far, near)])
     branch.branch(origin)
-    assert branch.qpos.tobytes() == origin.qpos.tobytes()
-    branch.step(np.ones((1, 1, 2, 5)))
-    origin.step(np.ones((1, 1, 2, 5)))
-    assert branch.qpos.tobytes() != origin.qpos.tobytes()
+    assert branch.time == origin.time
+    for sim in (branch, origin):
+        sim.step(np.ones((*sim.shape, 2, 5)))
+    assert branch.qpos[0, 0].tobytes() == origin.qpos.tobytes()
+    assert branch.qpos[0, 1].tobytes() != origin.qpos.tobytes()
