@@ -97,6 +97,8 @@ def begin(state: State, loop: Loop) -> None:
     """Lay the head's frame where it is now, and put up targets and walls in it."""
     look(state.rods, load(state.failed, 0), loop.scene)
     place(loop.scene, state.walls)
+    failed = load(state.failed, 0)
+    store(loop.failed_at, 0, select(failed != 0, splat(failed, loop.clock[0]), 0))
     _find_head(loop)
 
 

@@ -1,7 +1,8 @@
 """A robot from the drop to where its trials begin: it settles, and shows which end is its head.
 
-Both have one simulation per robot, in a vector of one lane unless told otherwise: what depends on a robot's
-links is the same for all lanes, so that different robots cannot share a vector.
+All lanes hold the same simulation: what depends on a robot's links is the same for a whole vector, so that
+different robots cannot share one. A step takes hardly longer with eight lanes than with one, and code for
+another width would have to be compiled.
 """
 
 from __future__ import annotations
@@ -24,13 +25,12 @@ from engine.kernel.loop import (
 )
 from engine.kernel.parameters import Model
 from engine.kernel.sensing import PYTHON, make_scene
-from engine.kernel.servos import N_PHASES
 from engine.kernel.simd import by_lane, width_of
 from engine.kernel.state import KEPT, ROD, State, forget, new_state
 from engine.robot import Physics
 from engine.servo import FREQUENCIES, PHASES
 
-OPEN_LOOP: Final = FREQUENCIES.tolist().index(0.5) * N_PHASES + PHASES.tolist().index(0.0)
+OPEN_LOOP: Final = FREQUENCIES.tolist().index(0.5) * len(PHASES) + PHASES.tolist().index(0.0)
 """Number of the command that all modules have while the head is searched: 0.5 Hz, phase 0."""
 
 
@@ -45,9 +45,7 @@ class Dropped:
         width: lanes of a vector.
     """
 
-    def __init__(
-        self, model: Model, poses: np.ndarray, *, end: HeadOf, physics: Physics, width: int = 1
-    ) -> None:
+    def __init__(self, model: Model, poses: np.ndarray, *, end: HeadOf, physics: Physics, width: int) -> None:
         self.model = model
         self.state = new_state(model, width=width)
         by_lane(self.state.rods).reshape(-1, ROD, width)[:, :7] = poses[..., None]

@@ -54,8 +54,8 @@ class Loop(NamedTuple):
         draws: (modules x 5,) vectors to draw noise into.
         noise: standard deviation of the noise on a commanded length, in m.
         clock: (1,) control updates since the drop.
-        failed_at: one vector of integers: control updates from the drop to a simulation's failure in this
-            loop, or 0.
+        failed_at: one vector of integers: control updates from the drop to a simulation's failure, or to the
+            beginning of this loop if it had failed before; else 0.
         head: (2,) vectors: where the heads are in the frame, in m.
         score: one vector: how the present state scores, in m; of a task of the kernel.
     """

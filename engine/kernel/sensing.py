@@ -54,6 +54,8 @@ class Scene(NamedTuple):
     Attributes:
         kind: of the task.
         units: (inputs,) factors on the sensed numbers.
+        reach: up to where squeezing senses a wall straight ahead, in m.
+        depth, bonus: how far past the gate a head must be, and what is deducted from its distance then, in m.
         head: (6,) the three rods whose centres average to the head's front face, then those of its rear face.
         frame: (4,) vectors: x and y of the frame's origin in the world, and of its x axis.
         target: (4,) vectors: x and y of the target in the frame, then in the world.
@@ -64,6 +66,9 @@ class Scene(NamedTuple):
 
     kind: int
     units: np.ndarray
+    reach: float
+    depth: float
+    bonus: float
     head: np.ndarray
     frame: Reals
     target: Reals
@@ -107,7 +112,16 @@ def make_scene(
     units = np.array(_UNITS.get(kind, (1.0,) * n_inputs))
     assert len(units) == n_inputs
     return Scene(
-        kind, units, np.array(head, np.int64), reals(4, width=width), target, boxes, reals(4, width=width)
+        kind=kind,
+        units=units,
+        reach=SENSOR_RANGE,
+        depth=DEPTH,
+        bonus=BONUS,
+        head=np.array(head, np.int64),
+        frame=reals(4, width=width),
+        target=target,
+        walls=boxes,
+        faces=reals(4, width=width),
     )
 
 
@@ -159,6 +173,14 @@ def look(rods: Reals, failed: Integer, scene: Scene) -> None:
 
 
 @inlined
+def _unit(x: Real, y: Real) -> tuple[Real, Real]:
+    """Return a vector at unit length; one of length 0, of a robot that failed when it settled, as it is."""
+    length = square_root(x * x + y * y)
+    length = select(length > 0.0, length, 1.0)
+    return x / length, y / length
+
+
+@inlined
 def place(scene: Scene, walls: Reals) -> None:
     """Lay the frame where the head is now, and target and walls where they belong in it.
 
@@ -168,8 +190,7 @@ def place(scene: Scene, walls: Reals) -> None:
     """
     x, y = load(scene.faces, 0), load(scene.faces, 1)
     ahead_x, ahead_y = x - load(scene.faces, 2), y - load(scene.faces, 3)
-    length = square_root(ahead_x * ahead_x + ahead_y * ahead_y)
-    ahead_x, ahead_y = ahead_x / length, ahead_y / length
+    ahead_x, ahead_y = _unit(ahead_x, ahead_y)
     store(scene.frame, 0, x)
     store(scene.frame, 1, y)
     store(scene.frame, 2, ahead_x)
@@ -258,13 +279,12 @@ def sense(scene: Scene, inputs: Reals) -> None:
         x, y = position(scene)
         facing_x, facing_y = _facing(scene)
         along_x, along_y = _turned(scene, facing_x, facing_y)
-        length = square_root(along_x * along_x + along_y * along_y)
-        along_x, along_y = along_x / length, along_y / length
+        along_x, along_y = _unit(along_x, along_y)
         gate_x, gate_y = load(scene.target, 0) / 4.0, load(scene.target, 1)
         distance, bearing = _distance_and_bearing(gate_x - x, gate_y - y, along_x, along_y)
         store(inputs, 2, select(x > gate_x, -distance, distance) * scene.units[2])
         store(inputs, 3, bearing * scene.units[3])
-        blocked = _blocked(scene, x, y, along_x, along_y, SENSOR_RANGE)
+        blocked = _blocked(scene, x, y, along_x, along_y, scene.reach)
         store(inputs, 4, select(blocked, splat(x, scene.units[4]), 0.0))
 
 
@@ -276,6 +296,6 @@ def score(scene: Scene, scores: Reals) -> None:
     distance = square_root(to_x * to_x + to_y * to_y)
     if scene.kind == APERTURE:
         x, _ = position(scene)
-        past = x - load(scene.target, 0) / 4.0 >= DEPTH
-        distance = distance - select(past, splat(x, BONUS), 0.0)
+        past = x - load(scene.target, 0) / 4.0 >= scene.depth
+        distance = distance - select(past, splat(x, scene.bonus), 0.0)
     store(scores, 0, distance)

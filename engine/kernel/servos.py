@@ -33,12 +33,9 @@ from engine.kernel.simd import (
 from engine.kernel.transcendental import sine_and_cosine
 from engine.servo import FREQUENCIES, PHASES, TARGET_LENGTHS
 
-N_FREQUENCIES: Final = len(FREQUENCIES)
-N_PHASES: Final = len(PHASES)
-N_COMMANDS: Final = N_FREQUENCIES * N_PHASES
+N_COMMANDS: Final = len(FREQUENCIES) * len(PHASES)
 """Different commands at any time: phase p of frequency f is number f x phases + p."""
 _HALF_TURN: Final = 180.0
-_LAST: Final = len(TARGET_LENGTHS) - 2
 _TWO_PI: Final = 2.0 * math.pi
 
 
@@ -50,6 +47,7 @@ class Servos(NamedTuple):
         frequency, phase: vectors that hold the commands' frequencies in Hz and phases in rad, in order.
         angle: vectors that hold the commands at one time, in degrees.
         targets: (commands, 5) target lengths in m at one time.
+        n_frequencies, n_phases: how many of each there are to choose from.
         pair: (modules,) which pair of outputs drives a module.
         choice: (modules,) vectors of integers: the command that a module has.
     """
@@ -59,6 +57,8 @@ class Servos(NamedTuple):
     phase: Reals
     angle: Reals
     targets: np.ndarray
+    n_frequencies: int
+    n_phases: int
     pair: np.ndarray
     choice: np.ndarray
 
@@ -67,14 +67,16 @@ def make_servos(pairs: Sequence[int], *, width: int) -> Servos:
     """Return the servos of a robot whose modules are driven by these pairs of outputs."""
     assert N_COMMANDS % width == 0
     frequency, phase, angle = (reals(N_COMMANDS // width, width=width) for _ in range(3))
-    by_lane(frequency).ravel()[:] = np.repeat(FREQUENCIES, N_PHASES)
-    by_lane(phase).ravel()[:] = np.tile(PHASES, N_FREQUENCIES)
+    by_lane(frequency).ravel()[:] = np.repeat(FREQUENCIES, len(PHASES))
+    by_lane(phase).ravel()[:] = np.tile(PHASES, len(FREQUENCIES))
     return Servos(
         TARGET_LENGTHS.copy(),
         frequency,
         phase,
         angle,
         np.zeros((N_COMMANDS, INTERNAL)),
+        len(FREQUENCIES),
+        len(PHASES),
         np.array(pairs, np.int64),
         integers(len(pairs), width=width),
     )
@@ -92,9 +94,10 @@ def turn(servos: Servos, time: float) -> None:
         sine, _ = sine_and_cosine((load(servos.frequency, k) * _TWO_PI) * time + load(servos.phase, k))
         store(servos.angle, k, minimum(maximum(90.0 * (sine + 1.0), 0.0), _HALF_TURN))
     width = servos.angle.itemsize // 8
-    for k in range(N_COMMANDS):
+    last = len(servos.lengths) - 2
+    for k in range(len(servos.targets)):
         angle = load_lane(servos.angle, k // width, k % width)
-        below = min(int(angle), _LAST)
+        below = min(int(angle), last)
         part = angle - below
         for cable in range(INTERNAL):
             low, high = servos.lengths[below, cable], servos.lengths[below + 1, cable]
@@ -123,8 +126,8 @@ def choose(servos: Servos, values: Reals, first: int) -> None:
     for module in range(len(servos.pair)):
         output = first + 2 * servos.pair[module]
         frequency, phase = load(values, output), load(values, output + 1)
-        index = _pick(frequency, N_FREQUENCIES) * N_PHASES + _pick(phase, N_PHASES)
-        store(servos.choice, module, index)
+        index = _pick(frequency, servos.n_frequencies) * servos.n_phases
+        store(servos.choice, module, index + _pick(phase, servos.n_phases))
 
 
 @inlined

@@ -126,7 +126,7 @@ class Trials:
 
     @property
     def failed_at(self) -> np.ndarray:
-        """(T,) control updates from the drop to each trial's failure, or 0 if there was none by the loop."""
+        """(T,) control updates from the drop to each trial's failure, or 0; see ``Loop.failed_at``."""
         return self._joined([by_lane(p.failed_at)[0] for p in self.loops])
 
     @property

@@ -9,7 +9,8 @@ import numpy as np
 
 from engine.controller import Controller
 from engine.kernel.dropped import Dropped
-from engine.kernel.parameters import Model, read_model
+from engine.kernel.guard import read_robot
+from engine.kernel.parameters import Model
 from engine.kernel.trials import Trials
 from engine.morphology import Morphology
 from engine.robot import Physics, build_robot
@@ -33,12 +34,10 @@ class Driven(NamedTuple):
     task: Task
 
 
-def drop(morphology, width=1):
+def drop(morphology, width=8):
     robot = build_robot(morphology, PHYSICS)
     poses = robot.model.qpos0.reshape(-1, 7)
-    return Dropped(
-        read_model(robot.model), poses, end=Head.of(morphology, True), physics=PHYSICS, width=width
-    )
+    return Dropped(read_robot(robot), poses, end=Head.of(morphology, True), physics=PHYSICS, width=width)
 
 
 @functools.cache

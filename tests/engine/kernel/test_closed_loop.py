@@ -225,6 +225,23 @@ def test_a_failure_stops_one_lane_and_no_other(wide):
     np.testing.assert_array_equal(broken.head[3], stopped.head[3])
 
 
+@TASKS
+def test_a_robot_that_failed_before_has_a_path_of_zeros(task):
+    robot = driven(task)
+    failed = drop(MORPHOLOGY)
+    branch(failed.state, robot.dropped.state, 0)
+    failed.n_updates = 40
+    simd.by_lane(failed.state.failed)[:] = 1
+    simd.by_lane(failed.state.rods)[:] = np.nan
+    lost = trials(robot._replace(dropped=failed))
+    motion = lost.run(N, EVERYTHING)
+    assert not motion.path.any()
+    assert lost.failures.all()
+    assert (lost.failed_at == 40).all()
+    assert np.isfinite(lost.scores).all()
+    assert np.isfinite(motion.sensed).all()
+
+
 def test_settling_is_the_physics_with_slack_cables():
     dropped, alone = drop(MORPHOLOGY), drop(MORPHOLOGY)
     recording = dropped.settle(0.4, frozenset({"poses"}))
