@@ -46,13 +46,13 @@ STIFFNESS_LEVELS: Final = (5, 1, 10)
 GOAL: Final = 15.0
 PHYSICS: Final = Physics()
 CORRIDOR: Final = (
-    Wall(centre=(0.4, 0.06, 0.06), half_size=(0.6, 0.01, 0.06)),
-    Wall(centre=(0.4, -0.06, 0.06), half_size=(0.6, 0.01, 0.06)),
+    Wall(centre=(0.4, 0.062, 0.05), half_size=(0.6, 0.01, 0.07)),
+    Wall(centre=(0.4, -0.062, 0.05), half_size=(0.6, 0.01, 0.07)),
     Wall(centre=(2.0, 0.0, 0.06), half_size=(0.1, 1.0, 0.06)),
     Wall(centre=(-1.0, 0.0, 0.06), half_size=(0.1, 1.0, 0.06)),
     Wall(centre=(0.4, 1.0, 0.06), half_size=(1.0, 0.1, 0.06)),
 )
-"""Two walls 10 cm apart along the robot, which rub its sides, and three that it never meets."""
+"""Two walls 10.4 cm apart along the robot, which rub its sides, and three that it never meets."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -90,8 +90,9 @@ def relax_on_ground(
     goes_on: Mask,
     friction: float,
     across: float,
-) -> tuple[Point, Point]:
-    """Give a contact with the ground the best force while all others stay.
+    over: float,
+) -> Point:
+    """Give a contact with the ground the best force while all others stay; return by how much it changed.
 
     Args:
         contact: all contacts.
@@ -101,9 +102,7 @@ def relax_on_ground(
         goes_on: lanes whose force may change.
         friction: coefficient.
         across: softness across the normal as a part of that along it.
-
-    Returns:
-        Its force and by how much it changed.
+        over: how much further than it seeks a force within the cone is moved.
     """
     f, soft = load3(contact, c + 6), load(contact, c + 21)
     residual = sub(add(linear, cross(angular, load3(contact, c))), load3(contact, c + 3))
@@ -113,7 +112,7 @@ def relax_on_ground(
         residual[1] + soft_across * f[1],
         residual[2] + soft * f[2],
     )
-    new = sub(f, transform(load6(contact, c + 15), residual))
+    new = sub(f, scale(transform(load6(contact, c + 15), residual), over))
     limit = friction * new[2]
     outside = ((new[2] < 0.0) | (new[0] * new[0] + new[1] * new[1] > limit * limit)) & goes_on
     if any_lane(outside):
@@ -123,7 +122,7 @@ def relax_on_ground(
         new = select3(outside, bounded, new)
     new = select3(goes_on, new, f)
     store3(contact, c + 6, new)
-    return new, sub(new, f)
+    return sub(new, f)
 
 
 @inlined
@@ -135,18 +134,19 @@ def relax_on_wall(
     goes_on: Mask,
     friction: float,
     across: float,
-) -> tuple[Point, Point]:
+    over: float,
+) -> Point:
     """Do what ``relax_on_ground`` does for a contact with a normal of its own."""
     f, soft, normal = load3(contact, c + 6), load(contact, c + 21), load3(contact, c + 23)
     residual = sub(add(linear, cross(angular, load3(contact, c))), load3(contact, c + 3))
     soft_across = soft * across
     residual = add(residual, add(scale(f, soft_across), scale(normal, (soft - soft_across) * dot(normal, f))))
-    new = sub(f, transform(load6(contact, c + 15), residual))
+    new = sub(f, scale(transform(load6(contact, c + 15), residual), over))
     new = within_cone(
         new, f, residual, load6(contact, c + 9), load(contact, c + 22), normal, friction, goes_on
     )
     store3(contact, c + 6, new)
-    return new, sub(new, f)
+    return sub(new, f)
 
 
 @inlined

@@ -75,7 +75,7 @@ def _turned_by(moment: Point, axis: Point, inverse_inertia: float, inverse_spin:
 
 
 @inlined
-def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on: Mask) -> Real:
+def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on: Mask, over: float) -> Real:
     """Give a link, which only pushes or pulls, the best force while all others stay; return its change.
 
     Args:
@@ -85,6 +85,7 @@ def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on
         a: where that of its first rod begins.
         b: where that of its second rod begins.
         goes_on: lanes whose force may change.
+        over: how much further than it seeks the force is moved.
     """
     f = load(link, c + 18)
     linear = sub(load3(acceleration, b), load3(acceleration, a))
@@ -93,7 +94,7 @@ def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on
         - dot(load3(link, c + 3), load3(acceleration, a + 3))
     )
     residual = residual - load(link, c + 16) + load(link, c + 15) * f
-    new = select(goes_on, maximum(f - residual * load(link, c + 17), 0.0), f)
+    new = select(goes_on, maximum(f - residual * load(link, c + 17) * over, 0.0), f)
     store(link, c + 18, new)
     return new - f
 

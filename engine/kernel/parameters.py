@@ -23,9 +23,9 @@ PASSIVE: Final = 24
 INTERNAL: Final = 5
 """Internal cables of a module, each with an actuator."""
 CABLES: Final = PASSIVE + INTERNAL
-SETTLED: Final = 1e-9
+SETTLED: Final = 1e-8
 """Default of ``Model.settled``, in m/s; ``solver`` says why."""
-MOST_SWEEPS: Final = 1000
+MOST_SWEEPS: Final = 200
 """Default of ``Model.most_sweeps``."""
 _ON_AXIS: Final = 1e-12
 """How far from a rod's axis, in m, the point of a link may lie."""
@@ -64,7 +64,7 @@ class Model(NamedTuple):
         island_weight: (islands,) MuJoCo's mean inverse inertia of the link.
         speed_limit: speed in m/s that no rod can reach.
         arena_radius: coordinate in m beyond which no rod can get.
-        settled: change of a rod's velocity in m/s by one force in one sweep that does not count.
+        settled: change of a rod's velocity in m/s in one sweep that does not count.
         most_sweeps: sweeps after which forces are taken as they are.
         apart: (6 m x 6 m,) 1 where two rods pass through each other.
     """

@@ -54,8 +54,9 @@ def test_a_step_of_a_run_is_newtons(recorded):
     """A run's sweeps end early; states without known forces are the worst for it."""
     robot, walls, states = recorded
     error = np.abs(of_centres(stepped(robot, walls, states)) - of_centres(states.next_qvel)).max(axis=(1, 2))
-    assert np.quantile(error, 0.97) < 2e-6
-    assert np.median(error) < 2e-9
+    assert error.max() < (1e-3 if walls else 2e-7)
+    assert np.quantile(error, 0.9) < (2e-5 if walls else 1e-7)
+    assert np.median(error) < 3e-8
 
 
 @pytest.mark.parametrize(
