@@ -30,16 +30,18 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.timing import machine
-from engine import servo
-from engine import tensegrity as t
-from engine.kernel import guard, simd
-from engine.kernel.batch import widest
-from engine.kernel.state import N_COUPLED, N_SWEEPS, State, new_state
-from engine.kernel.step import run
-from engine.kernel.walls import place_walls
-from engine.morphology import Morphology
-from engine.robot import Physics, RobotModel, build_robot, with_walls
-from engine.walls import Wall
+from engine.body import module as t
+from engine.body import servo
+from engine.body.morphology import Morphology
+from engine.simulation.kernel import guard
+from engine.simulation.kernel.batch import widest
+from engine.simulation.kernel.lanes import simd
+from engine.simulation.kernel.physics.state import N_COUPLED, N_SWEEPS, State, new_state
+from engine.simulation.kernel.physics.walls import place_walls
+from engine.simulation.kernel.step import run
+from engine.simulation.model import RobotModel, build_robot, with_walls
+from engine.simulation.physics import Physics
+from engine.tasks.walls import Wall
 
 LANES: Final = 8
 STIFFNESS_LEVELS: Final = (5, 1, 10)

@@ -4,7 +4,7 @@ Read in this order:
 
 - ``physics``: what a run may choose: friction, contact, inertia, noise, time step.
 - ``model``: a body and its walls as a MuJoCo model.
-- ``batch``: many simulations side by side.
+- ``batch``: many simulations side by side, by MuJoCo. ``kernel/``: the same physics, much faster.
 - ``divergence``: which of them have failed, and their last moments.
 - ``rollout``: settling, the search for the head, the closed loop of sensing, network and servos.
 - ``trials``: what a robot is tried at, and the one way in which trials begin.
