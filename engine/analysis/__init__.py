@@ -1,4 +1,4 @@
-"""Numbers about runs that exist. What changes no run, and draws nothing.
+"""Numbers about runs that exist. Nothing here changes a run or draws.
 
 Read in this order:
 
