@@ -48,7 +48,7 @@ class Evolve:
             InvalidData: a flag or the physics is out of range.
             ClusterError: the workers cannot be started or reached.
         """
-        # a task of the user's is found again only if they name its file
+        # a user's task is found again only if its file is named
         file = get_task(self.config.task).file
         prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
         _compute(self.path, self.config, self.computing, console, prefix=prefix)

@@ -144,7 +144,7 @@ def write_dump(dump: Dump, path: Path) -> None:
 
 
 def read_dump(path: Path) -> Dump:
-    """Read a dump, whoever made it.
+    """Read a dump from any source.
 
     Raises:
         DumpError: the file is missing, damaged, no dump, or newer than this program.

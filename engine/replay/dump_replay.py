@@ -21,7 +21,7 @@ FRAMES_PER_UPDATE: Final = 10
 class DumpReplay:
     """Simulates a dump up to its failure; a ``Playable`` whose clock is 0 at the failure.
 
-    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+    Call ``advance`` in a separate thread; ``frames`` only grows.
 
     Args:
         dump: what to simulate.

@@ -68,7 +68,7 @@ def repeat_trial(
 class Replay:
     """Simulates one trial of an evaluated solution; frames can be read while it runs.
 
-    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+    Call ``advance`` in a separate thread; ``frames`` only grows.
 
     Args:
         config: of the run that the evaluation belongs to.

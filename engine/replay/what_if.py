@@ -26,7 +26,7 @@ from engine.tasks.walls import Wall
 class WhatIf:
     """Simulates a variant of a robot; its results can be read while it runs.
 
-    Call ``run`` on a thread of its own.
+    Call ``run`` in a separate thread.
 
     Args:
         config: of the run that the evaluation belongs to.

@@ -4,7 +4,7 @@ After Maesani, Mattiussi and Floreano (2014), as Zardini et al. (2021) use it, w
 viability criterion. The paper gives the two population sizes; the published configuration adds how far the
 boundary moves and when. The other rules are:
 
-- Every founder starts a family of its own; a mutant belongs to its parent's family.
+- Every founder starts a new family; a mutant belongs to its parent's family.
 - A parent is drawn in two steps: a family with probability inverse to its size, then one of its members
   uniformly. A mutation is repeated until the body differs from its parent's.
 - The boundary starts at the worst fitness of the founders, so that all of them are viable. Being as bad

@@ -136,7 +136,7 @@ def connect(path: Path) -> sqlite3.Connection:
     error: Exception | None = None
     modes = ["mode=ro"]
     if not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists():
-        # SQLite cannot lock a file there, and nobody can be changing it
+        # SQLite cannot lock a file there, and no process can be changing it
         modes.append("mode=ro&immutable=1")
     for options in modes:
         try:

@@ -53,7 +53,7 @@ class Result:
 
 
 def world_of(config: RunConfig) -> World:
-    """Return the world of a run, with its task's file if the task is one of the user's.
+    """Return the world of a run, with the file of a user's task.
 
     Raises:
         TaskError: that file cannot be read any more, or has changed since it was loaded.

@@ -19,11 +19,11 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 def keep_memory_compact() -> bool:
     """Make the C library return freed memory to the system; call this before there are many threads.
 
-    By default glibc gives up to eight heaps per core to the threads that ask, and raises the size from
-    which an array gets pages of its own after each large one that is freed. Simulations compute on threads
-    that come and go, and each leaves holes in another heap: over 500 replays the explorer grew to 490 MB,
-    with this to 300 MB, while what it used stayed the same; over 600 short evaluations an evolution held
-    another 20 MB, with this 5.
+    By default glibc gives up to eight heaps per core to the threads that ask, and raises the size from which
+    an array gets its own pages after each large one that is freed. Simulations compute on threads that come
+    and go, and each leaves holes in another heap: over 500 replays the explorer grew to 490 MB, with this to
+    300 MB, while what it used stayed the same; over 600 short evaluations an evolution held another 20 MB,
+    with this 5.
 
     Returns:
         Whether the settings exist: only glibc has them.
