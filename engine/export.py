@@ -1,4 +1,4 @@
-"""From an evaluation in a run file to files that a person can take away, and to an id that names the robot.
+"""Exports an evaluation of a run file as files for other programs, and gives its robot an id.
 
 The trial towards target 0, repeat 0, is simulated again; controls, path and replay come from it.
 """
@@ -50,7 +50,7 @@ class Trial:
 
     Attributes:
         settled: the complete state after settling.
-        sensed: (inputs,) what the controller senses as the trial begins.
+        sensed: (inputs,) what the controller senses when the trial begins.
         pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
@@ -104,7 +104,7 @@ def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> 
 def robot_hash(config: RunConfig, solution: Solution) -> str:
     """Return the SHA-256 of what a robot is and does: both genotypes, the task and the physics.
 
-    Equal robots of different runs have the same; the run's name, its seed and the noise do not count.
+    Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
     content = {
         "morphology": solution.morphology.to_json(),
@@ -116,12 +116,12 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
 
 
 def robot_id(config: RunConfig, solution: Solution) -> str:
-    """Return the first digits of ``robot_hash``, which people can read out to each other."""
+    """Return the first digits of ``robot_hash``, short enough to read aloud."""
     return robot_hash(config, solution)[:ID_LENGTH]
 
 
 def check_folder(out: Path) -> None:
-    """Check that a folder can be made, before hours or seconds are spent on its content.
+    """Check that a folder can be made, before time is spent on its content.
 
     Raises:
         ExportError: ``out`` exists and is not an empty folder, or it cannot be written.

@@ -1,4 +1,4 @@
-"""The command ``verify``: an elite simulated again, and what that has shown."""
+"""The command ``verify``: simulates an elite again and reports how it did."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Verify:
     """Print JSON, with every single evaluation."""
 
     def run(self, _: Console) -> None:
-        """Simulate the elite again and print what came out to standard output, for people or as JSON.
+        """Simulate the elite again and print the results to standard output, as text or as JSON.
 
         Raises:
             InvalidData: a number is out of range, or the cell is empty or lies outside the map.

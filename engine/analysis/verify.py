@@ -1,4 +1,4 @@
-"""An evaluation simulated again, with its own physics and with another.
+"""Simulates an evaluation again, with its run's physics and with another.
 
 A sample is a whole evaluation: every target, as many repeats as in the run, its head found anew. Sample
 0 has the recorded noise; the others have noise that the run never used.
@@ -191,9 +191,9 @@ def with_noise(solution: Solution, sample: int) -> Solution:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Motion:
-    """What the modules of some simulations did at worst; a module's centre is its rods' mean.
+    """The extreme motions of modules in some simulations; a module's centre is its rods' mean.
 
-    Failed simulations count until they fail; everything is 0 if nothing was seen.
+    Failed simulations count until they fail; everything is 0 if nothing was observed.
 
     Attributes:
         airborne: share of the control updates, 0 to 1, at which no rod touched the ground.
@@ -256,7 +256,7 @@ class MotionRecorder:
         self._sim, self._centres = sim, centres
 
     def motion(self) -> Motion:
-        """Return what was seen so far."""
+        """Return what was observed so far."""
         return Motion(
             airborne=self._n_airborne / max(1, self._n_seen),
             height=self._height,
@@ -271,7 +271,7 @@ class MotionRecorder:
             pose: (n, modules, 6, 7) positions and quaternions of the rods.
         """
         w, x, y, z = np.moveaxis(pose[..., 3:], -1, 0)
-        # what turns a point of a rod's frame into its height above the rod's middle
+        # the row that turns a point of a rod's frame into its height above the rod's middle
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
         middle = pose[..., 2] + (up * self._middle).sum(axis=-1)
         return (middle - np.abs((up * self._half).sum(axis=-1)) - self._radius).min(axis=(1, 2))

@@ -21,7 +21,7 @@ from engine.tasks import get_task
 from engine.tasks.walls import Wall
 
 MAX_FRESH: Final = 2**20
-"""Number of the last fresh noise on offer."""
+"""Largest number of a fresh noise."""
 
 
 def repeat_trial(
@@ -41,8 +41,8 @@ def repeat_trial(
         evaluation: of the robot.
         target: which of the task's targets.
         repeat: which of its noise seeds.
-        fresh: 0 for the noise that it was evaluated with; any other number draws noise of its own.
-        aim: where the target is instead of where the task has it.
+        fresh: 0 for the noise that it was evaluated with; any other number draws fresh noise.
+        aim: a place for the target other than the task's.
         observer: sees the robot settle.
     """
     solution, task = evaluation.solution, get_task(config.task)
@@ -68,14 +68,14 @@ def repeat_trial(
 class Replay:
     """Simulates one trial of an evaluated solution; frames can be read while it runs.
 
-    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+    Call ``advance`` in a separate thread; ``frames`` only grows.
 
     Args:
         config: of the run that the evaluation belongs to.
         evaluation: what to replay.
         target, repeat: which of its trials.
-        fresh: 0 for the noise that it was evaluated with; 1 to ``MAX_FRESH`` each draws noise of its own.
-        aim: where the target is instead of where the task has it; walls and noise stay those of ``target``.
+        fresh: 0 for the noise that it was evaluated with; each of 1 to ``MAX_FRESH`` draws other noise.
+        aim: a place for the target other than the task's; walls and noise stay those of ``target``.
 
     Raises:
         InvalidData: there is no such target, repeat or noise, or today's robots do not survive the run's
@@ -142,7 +142,7 @@ class Replay:
 
     @property
     def target_name(self) -> str:
-        """What people call the target."""
+        """The target's name."""
         task = get_task(self.config.task)
         return task.target_names[self.target_index] if self.aim is None else self.aim.name
 
@@ -221,7 +221,7 @@ class Replay:
             aim=self.aim,
             observer=self._observe,
         )
-        # whoever draws takes the target as the sign that the world is complete
+        # the drawing code takes the target as the sign that the world is complete
         self.walls = self._loop.walls[0][0]
         self.target = self._loop.targets[0, 0]
 

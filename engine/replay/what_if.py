@@ -1,7 +1,7 @@
-"""What a changed body would have done with the same controller: simulated on the spot, kept nowhere.
+"""What a changed body would have done with the same controller: simulated at once, stored nowhere.
 
-It goes through what an evaluation goes through: settling, the search for the head, a trial towards every
-target under every noise seed of the original. So the unchanged body gives exactly the recorded scores.
+It is simulated like an evaluation: settling, the search for the head, a trial towards every target under
+every noise seed of the original. So the unchanged body gives exactly the recorded scores.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from engine.tasks.walls import Wall
 
 
 class WhatIf:
-    """Simulates a variant of a robot; what is found can be read while it runs.
+    """Simulates a variant of a robot; its results can be read while it runs.
 
-    Call ``run`` on a thread of its own.
+    Call ``run`` in a separate thread.
 
     Args:
         config: of the run that the evaluation belongs to.
@@ -80,7 +80,7 @@ class WhatIf:
 
     @property
     def cancelled(self) -> bool:
-        """Whether nobody wants to know any more."""
+        """Whether ``cancel`` has been called."""
         return self._cancelled.is_set()
 
     def run(self, progress: Callable[[], None] = lambda: None) -> None:
@@ -131,7 +131,7 @@ class WhatIf:
         self.head = head
         for frames in self.frames:
             frames += [_with_head(frame, head) for frame in settling]
-        # whoever draws takes the targets as the sign that the world is complete
+        # the drawing code takes the targets as the sign that the world is complete
         self.targets = loop.targets[0, ::repeats]
         self._note(loop)
         finders = [ContactFinder(loop.sim.model(k * repeats)) for k in range(n_targets)]
@@ -178,7 +178,7 @@ class WhatIf:
 
 
 class WhatIfReplay:
-    """What a ``WhatIf`` found out about one target, to be played while it is still being simulated.
+    """The trial of a ``WhatIf`` towards one target; it can be played while it is still being simulated.
 
     Args:
         what_if: that simulates it.
@@ -195,7 +195,7 @@ class WhatIfReplay:
 
     @property
     def frames(self) -> list[ReplayFrame]:
-        """What has been simulated; nothing before the head is known."""
+        """The frames simulated so far; none before the head is known."""
         return self.what_if.frames[self.target_index]
 
     @property
@@ -206,7 +206,7 @@ class WhatIfReplay:
 
     @property
     def walls(self) -> tuple[Wall, ...]:
-        """What stands in the world."""
+        """The walls in the world."""
         return self.what_if.walls[self.target_index]
 
     @property
@@ -243,7 +243,7 @@ class WhatIfReplay:
         return self.what_if.frame_period
 
     def cancel(self) -> None:
-        """Do nothing: the other targets go on."""
+        """Do nothing: the other targets continue."""
 
     def advance(self, until: float) -> None:
         """Do nothing: the ``WhatIf`` simulates all targets, to their end."""

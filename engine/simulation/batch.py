@@ -16,7 +16,7 @@ from engine.simulation.physics import Physics
 class SimulationBatch:
     """Robots with the same number of modules, each simulated in several copies.
 
-    A simulation that diverges is stopped and its failure kept; the others do not notice.
+    A simulation that diverges is stopped and its failure kept; the others are not affected.
 
     Args:
         robots: the compiled robots.
@@ -95,7 +95,7 @@ class SimulationBatch:
 
     @property
     def alive(self) -> np.ndarray:
-        """(robots, copies) whether a simulation goes on."""
+        """(robots, copies) whether a simulation is still running."""
         return self._alive.reshape(self.shape)
 
     def state(self) -> np.ndarray:
@@ -103,10 +103,9 @@ class SimulationBatch:
         return self._batch.state.reshape(*self.shape, -1).copy()
 
     def branch(self, other: SimulationBatch) -> None:
-        """Continue from another batch's robots, whose only copy is copied to all of this one's.
+        """Continue from another batch, which has one copy of each robot; every copy here starts from it.
 
-        In a world with walls, which the other batch has not, the robots' past cannot be simulated again
-        and is forgotten.
+        Where walls have been put up in between, the robots' past cannot be simulated again and is forgotten.
         """
         self._batch.state[:] = np.repeat(other._batch.state, self.shape[1], axis=0)
         self.n_updates = other.n_updates

@@ -1,8 +1,8 @@
 """Closed-loop roll-outs of many robots at once.
 
-A trial goes through three phases: the robot is dropped and settles without actuation; the target is
-placed, and walls are put up, relative to the settled head; the controller drives the robot. Which end is
-the head is found once per robot, on a branch of its own without walls: 10 s open loop after settling.
+A trial goes through three phases: the robot is dropped and settles without actuation; the target is placed,
+and walls are put up, relative to the settled head; the controller drives the robot. Which end is the head is
+found once per robot, on a separate branch without walls: 10 s open loop after settling.
 
 Results are the same bits whatever the number of threads and whichever robots share a call.
 """
@@ -52,7 +52,7 @@ class Head:
 
     @classmethod
     def of(cls, morphology: Morphology, is_end: bool) -> Head:
-        """Return the head of a robot for a known direction."""
+        """Return the head of a robot whose head is known to be the end, or the start, of the chain."""
         module = morphology.n_modules - 1 if is_end else 0
         face = morphology.faces[module]
         opposite = t.OPPOSITE_FACE[face]
@@ -136,10 +136,11 @@ def find_heads(
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Trials:
-    """What the trials of one robot gave; S trials.
+    """The results of one robot's S trials.
 
     Attributes:
-        scores: (S,) how the task scores the end, in m: for most the distance from head to target.
+        scores: (S,) the task's scores of the final states in m, for most tasks the distance from head to
+            target.
         trajectory: (S, seconds + 1, 2) head position at 1 Hz in the settled head's frame, x ahead, y
             left, in m; the first is the origin.
         failures: (S,) why a trial failed, or None.
@@ -165,8 +166,8 @@ class ClosedLoop:
         controllers: one per robot.
         targets: (robots, copies, 2) targets in the settled head's frame: x ahead, y left, in m.
         seeds: per robot and copy the seed of its actuation noise.
-        task: what the controllers sense and how the end scores.
-        walls: per copy the walls in the settled head's frame, equally many for all; by default none.
+        task: decides what the controllers sense and how the final state scores.
+        walls: per copy the walls in the settled head's frame, the same number for each; by default none.
     """
 
     def __init__(
@@ -214,11 +215,11 @@ class ClosedLoop:
         return self._frame.from_world(front)
 
     def from_world(self, point: np.ndarray) -> np.ndarray:
-        """Return where a (2,) point of the world is in the first settled head's frame, in m."""
+        """Convert a (2,) point from the world to the first settled head's frame, in m."""
         return self._frame.from_world(point[None, None])[0, 0]
 
     def view(self) -> View:
-        """Return what the task gets to see now."""
+        """Return the task's view of the present moment."""
         front, rear = self._sensor.faces(self.sim)
         return View(
             front=front,
@@ -232,7 +233,7 @@ class ClosedLoop:
         )
 
     def scores(self) -> np.ndarray:
-        """Return how the task scores the present state, (robots, copies) in m."""
+        """Return the task's scores of the present state, (robots, copies) in m."""
         return scores(self._task, self.view(), self.sim.alive)
 
     def update(self) -> None:
@@ -267,7 +268,7 @@ class ClosedLoop:
 
 
 class _Noise:
-    """Gaussian noise, one stream per simulation, so that no simulation feels another's presence."""
+    """Gaussian noise, one stream per simulation, so that no simulation depends on another."""
 
     def __init__(
         self, seeds: Sequence[Sequence[Sequence[int]]], shape: tuple[int, int], sigma: float
