@@ -55,9 +55,14 @@ def entry_point(function: Callable[..., Any]) -> Any:
         config.CACHE_DIR = before
 
 
-def cache_folder(source: Path) -> Path | None:
-    """Return the folder of what a module compiles to, made if need be; None if it cannot be written."""
-    folder = _user_cache() / f"kernel-{_digest(source)}"
+def cache_folder(source: Path, root: Path = _FOLDER) -> Path | None:
+    """Return the folder of what a module compiles to, made if need be; None if it cannot be written.
+
+    Args:
+        source: the module's file.
+        root: folder of the kernel's modules.
+    """
+    folder = _user_cache() / f"kernel-{_digest(source, root)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -77,25 +82,25 @@ def _user_cache() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "tensatlas"
 
 
-def _digest(source: Path) -> str:
+def _digest(source: Path, root: Path) -> str:
     """Return a digest of everything that a module's code hangs on, apart from processor and types."""
     digest = hashlib.sha256()
     for version in (platform.python_version(), numba.__version__, llvmlite.__version__):
         digest.update(version.encode())
-    for path in sorted(_imported(source, set())):
-        name = path.relative_to(_FOLDER).as_posix() if path.is_relative_to(_FOLDER) else path.name
+    for path in sorted(_imported(source, root, set())):
+        name = path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
         digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _imported(source: Path, found: set[Path]) -> set[Path]:
+def _imported(source: Path, root: Path, found: set[Path]) -> set[Path]:
     """Return a module's file and those of all modules of the kernel that it imports, directly or not."""
     if source in found or not source.is_file():
         return found
     found.add(source)
     for node in ast.walk(ast.parse(source.read_bytes())):
         if isinstance(node, ast.ImportFrom) and node.module and f"{node.module}.".startswith(f"{_KERNEL}."):
-            place = _FOLDER.joinpath(*node.module.removeprefix(_KERNEL).split("."))
+            place = root.joinpath(*node.module.removeprefix(_KERNEL).split("."))
             for module in (place, *(place / alias.name for alias in node.names)):
-                _imported(module.with_name(f"{module.name}.py"), found)
+                _imported(module.with_name(f"{module.name}.py"), root, found)
     return found

@@ -29,19 +29,19 @@ def cache(tmp_path, monkeypatch):
 
 def test_a_change_in_an_imported_module_makes_a_folder_of_its_own(copied, cache):
     step = copied / "step.py"
-    before = compiling.cache_folder(step)
+    before = compiling.cache_folder(step, copied)
     assert before.parent == cache
-    assert compiling.cache_folder(step) == before
-    with (copied / "friction.py").open("a") as f:
+    assert compiling.cache_folder(step, copied) == before
+    with (copied / "physics" / "friction.py").open("a") as f:
         f.write("\n# changed\n")
-    assert compiling.cache_folder(step) != before
+    assert compiling.cache_folder(step, copied) != before
 
 
 def test_a_change_elsewhere_does_not(copied, cache):
-    before = compiling.cache_folder(copied / "step.py")
+    before = compiling.cache_folder(copied / "step.py", copied)
     with (copied / "batch.py").open("a") as f:
         f.write("\n# changed\n")
-    assert compiling.cache_folder(copied / "step.py") == before
+    assert compiling.cache_folder(copied / "step.py", copied) == before
 
 
 def test_a_folder_that_cannot_be_written_is_none(tmp_path, monkeypatch):
