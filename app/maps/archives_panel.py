@@ -11,7 +11,7 @@ from pathlib import Path
 import viser
 
 from app.gui.click_channel import ClickChannel
-from app.gui.page_channel import page_file
+from app.gui.page_channel import page_file, run_script
 from app.gui.widgets import ignoring_event, in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
@@ -20,7 +20,7 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
-from viz.maps.interaction import ENLARGE, INSTALL, render_key
+from viz.maps.interaction import ENLARGE, SCRIPT, render_key
 from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import MapPicture
 from viz.runs import trend
@@ -87,7 +87,7 @@ class ArchivesPanel:
             gui.add_html(
                 theme.TEXT_STYLE
                 + f"<style>{page_file('archives_panel.css', __package__)}</style>"
-                + INSTALL
+                + run_script(SCRIPT)
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()

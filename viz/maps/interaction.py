@@ -1,6 +1,6 @@
 """What maps do in a browser by themselves: the hover card, the keyboard, the enlarged view.
 
-``INSTALL`` brings map.js into a page once, whatever the number of maps. Pictures say what they need in their
+A page runs ``SCRIPT``, map.js, once, whatever the number of maps. Pictures say what they need in their
 attributes:
 
 * ``data-h`` is the text of an element's hover card.
@@ -19,18 +19,11 @@ clicks the element that ``render_key`` makes.
 
 from __future__ import annotations
 
-import html
 import importlib.resources
 from typing import Final
 
-
-def install(code: str) -> str:
-    """Return HTML that runs JavaScript: added scripts do not run, but the error of an added image does."""
-    return f'<img alt="" src="data:," style="display:none" onerror="{html.escape(code)}">'
-
-
-INSTALL: Final = install((importlib.resources.files("viz.maps") / "map.js").read_text(encoding="utf-8"))
-"""HTML that brings it into a page."""
+SCRIPT: Final = (importlib.resources.files("viz.maps") / "map.js").read_text(encoding="utf-8")
+"""JavaScript for a page with maps; to run it again changes nothing."""
 
 ENLARGE: Final = (
     '<button type="button" onclick="taZoom(this)" title="Enlarge" aria-label="Enlarge" style="border:0;'
