@@ -15,10 +15,10 @@ import numpy as np
 
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.simulation.batch import SimulationBatch
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.model import RobotModel, build_robot
-from engine.simulation.physics import Physics, check_timestep, with_inertia
+from engine.simulation.physics import Physics, Simulator, check_timestep, with_inertia
 from engine.simulation.trials import fresh_number
 from engine.tasks import get_task
 
@@ -97,14 +97,19 @@ class Verification:
 
 
 def changed_physics(
-    physics: Physics, *, inertia_scale: float | None = None, timestep_factor: float | None = None
+    physics: Physics,
+    *,
+    inertia_scale: float | None = None,
+    timestep_factor: float | None = None,
+    simulator: Simulator | None = None,
 ) -> Physics:
-    """Return a physics with another inertia, another time step or both.
+    """Return a physics with another inertia, time step or simulator, or several of them.
 
     Args:
         physics: to start from.
         inertia_scale: factor on every inertia; the time step follows it to stay stable.
         timestep_factor: factor on the time step, after that.
+        simulator: another one.
 
     Raises:
         InvalidData: a value is out of range, or the time step is no whole fraction of the control period.
@@ -115,6 +120,8 @@ def changed_physics(
         if not SMALLEST_FACTOR <= timestep_factor < math.inf:
             raise InvalidData(f"timestep factor must be at least {SMALLEST_FACTOR}, not {timestep_factor}")
         physics = dataclasses.replace(physics, timestep=physics.timestep * timestep_factor)
+    if simulator is not None:
+        physics = dataclasses.replace(physics, simulator=simulator)
     return physics
 
 
@@ -231,7 +238,7 @@ class MotionRecorder:
         self._half = matrix.reshape(*geoms.shape, 3, 3)[..., 2] * model.geom_size[geoms, 1, None]
         self._radius = model.geom_size[geoms, 0]
         self._period = physics.control_period
-        self._sim: SimulationBatch | None = None
+        self._sim: Simulations | None = None
         self._centres = np.empty(0)
         self._n_airborne = 0
         self._n_seen = 0
@@ -239,7 +246,7 @@ class MotionRecorder:
         self._speed = 0.0
         self._final_speed = 0.0
 
-    def __call__(self, sim: SimulationBatch) -> None:
+    def __call__(self, sim: Simulations) -> None:
         """Look at every simulation of a batch that has not failed."""
         alive = np.array([f is None for f in sim.failures])
         pose = sim.qpos.reshape(len(alive), sim.n_modules, -1, 7)

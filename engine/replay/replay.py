@@ -13,9 +13,10 @@ from engine.config import RunConfig
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
 from engine.replay.trial import Aim, TrialChoice
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import BatchObserver, ClosedLoop, Head, SimulationBatch
+from engine.simulation.rollout import BatchObserver, Head, RollOut
 from engine.simulation.trials import fresh_number, start_trials, trials_of
 from engine.tasks import get_task
 from engine.tasks.walls import Wall
@@ -33,7 +34,7 @@ def repeat_trial(
     fresh: int = 0,
     aim: Aim | None = None,
     observer: BatchObserver | None = None,
-) -> ClosedLoop:
+) -> RollOut:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
 
     Args:
@@ -114,7 +115,7 @@ class Replay:
         """How the task scores the end of the evaluated time, in m, once it is reached."""
         self.failure: str | None = None
         self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
-        self._loop: ClosedLoop | None = None
+        self._loop: RollOut | None = None
         self._contacts: ContactFinder | None = None
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
@@ -182,7 +183,7 @@ class Replay:
         return self.config.physics.control_period * UPDATES_PER_FRAME
 
     @property
-    def loop(self) -> ClosedLoop | None:
+    def loop(self) -> RollOut | None:
         """The simulation itself, once the robot has settled; not to be touched while ``advance`` runs."""
         return self._loop
 
@@ -225,7 +226,7 @@ class Replay:
         self.walls = self._loop.walls[0][0]
         self.target = self._loop.targets[0, 0]
 
-    def _observe(self, sim: SimulationBatch) -> None:
+    def _observe(self, sim: Simulations) -> None:
         if self._cancelled.is_set():
             raise Cancelled
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])

@@ -15,9 +15,10 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch
+from engine.simulation.rollout import Head, RollOut
 from engine.simulation.trials import start_trials, trials_of
 from engine.tasks import fitness, get_task
 from engine.tasks.walls import Wall
@@ -103,7 +104,7 @@ class WhatIf:
         finder: ContactFinder | None = None
         unknown = Head.of(self.morphology, True)
 
-        def settled_frame(sim: SimulationBatch) -> None:
+        def settled_frame(sim: Simulations) -> None:
             nonlocal finder
             self._check()
             if sim.n_updates % UPDATES_PER_FRAME == 0:
@@ -153,7 +154,7 @@ class WhatIf:
         self.failure = next((f for f in (None if lost is None else str(lost), *failures) if f), None)
         self.finished = True
 
-    def _record(self, loop: ClosedLoop, head: Head, finders: list[ContactFinder]) -> None:
+    def _record(self, loop: RollOut, head: Head, finders: list[ContactFinder]) -> None:
         """Keep a frame of the first noise seed of every target."""
         sim, repeats = loop.sim, self._shape[1]
         for k, finder in enumerate(finders):
@@ -169,7 +170,7 @@ class WhatIf:
                 )
             )
 
-    def _note(self, loop: ClosedLoop) -> None:
+    def _note(self, loop: RollOut) -> None:
         self.scores = loop.scores()[0].reshape(self._shape).copy()
 
     def _check(self) -> None:

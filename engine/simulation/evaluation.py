@@ -17,7 +17,7 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
-from engine.simulation.rollout import BatchObserver, Head, Trials
+from engine.simulation.rollout import BatchObserver, Head, TrialResults
 from engine.simulation.trials import StartedTrials, TrialConfig, start_trials, trials_of
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
@@ -186,7 +186,7 @@ class LocalEvaluator:
         return evaluations
 
     def _first_failure(
-        self, solution: Solution, result: Trials, started: StartedTrials, robot: int
+        self, solution: Solution, result: TrialResults, started: StartedTrials, robot: int
     ) -> FailedTrial | None:
         """Return the first of the failures of a robot's stages, or None."""
         stage: Stage = "trial"
@@ -213,7 +213,7 @@ class LocalEvaluator:
         )
 
     def _summarise(
-        self, solution: Solution, result: Trials, head: Head, failed: FailedTrial | None
+        self, solution: Solution, result: TrialResults, head: Head, failed: FailedTrial | None
     ) -> Evaluation:
         shape = (self._task.n_targets, self._trials.repeats)
         distances = result.scores.reshape(shape)

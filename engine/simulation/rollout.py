@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Protocol
 
 import mujoco
 import numpy as np
@@ -21,7 +21,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.simulation.batch import BatchObserver, SimulationBatch
+from engine.simulation.batch import BatchObserver, SimulationBatch, Simulations
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
@@ -135,7 +135,7 @@ def find_heads(
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Trials:
+class TrialResults:
     """The results of one robot's S trials.
 
     Attributes:
@@ -154,6 +154,44 @@ class Trials:
     def failed(self) -> int | None:
         """The first trial that failed, or None."""
         return next((k for k, f in enumerate(self.failures) if f), None)
+
+
+class RollOut(Protocol):
+    """Settled robots under way to their targets, whatever simulates them: R robots in C copies each."""
+
+    @property
+    def sim(self) -> Simulations:
+        """The simulations."""
+
+    @property
+    def walls(self) -> Sequence[Sequence[tuple[Wall, ...]]]:
+        """Per robot and copy the walls as they stand in the world."""
+
+    @property
+    def targets(self) -> np.ndarray:
+        """(R, C, 2) the targets in the world, in m."""
+
+    @property
+    def sensed(self) -> np.ndarray | None:
+        """(R, C, inputs) what the controllers sensed at the last update, None before the first."""
+
+    def head(self) -> np.ndarray:
+        """Return (R, C, 2) head positions in the settled head's frame, in m."""
+
+    def from_world(self, point: np.ndarray) -> np.ndarray:
+        """Convert a (2,) point from the world to the first settled head's frame, in m."""
+
+    def view(self) -> View:
+        """Return the task's view of the present moment."""
+
+    def scores(self) -> np.ndarray:
+        """Return the task's scores of the present state, (R, C) in m."""
+
+    def update(self) -> None:
+        """Sense, think, act for one control period."""
+
+    def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
+        """Run to the end and return one result per robot."""
 
 
 class ClosedLoop:
@@ -247,7 +285,7 @@ class ClosedLoop:
         command = np.take_along_axis(command, self._order[:, None], axis=2)
         self.sim.step(servo.target_lengths(command) + self._noise.next())
 
-    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[Trials]:
+    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""
         per_second = round(1.0 / self._physics.control_period)
         path = [self.head()]
@@ -263,7 +301,7 @@ class ClosedLoop:
         results = []
         for r in range(self.sim.shape[0]):
             failures = tuple(self.sim.failures[r * n : (r + 1) * n])
-            results.append(Trials(final[r], trajectory[r], failures))
+            results.append(TrialResults(final[r], trajectory[r], failures))
         return results
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from engine.simulation.rollout import (
     BatchObserver,
     ClosedLoop,
     Head,
+    RollOut,
     build_robots,
     find_heads,
     settle,
@@ -113,7 +114,7 @@ class StartedTrials:
         settling, head_search: per robot why this part failed, or None.
     """
 
-    loop: ClosedLoop
+    loop: RollOut
     heads: list[Head]
     settling: list[Failure | None]
     head_search: list[Failure | None]
@@ -150,11 +151,37 @@ def start_trials(
         n_threads: threads that simulate.
         observer: sees the robots settle.
     """
+    offsets = np.array([trial.offset for trial in trials])
+    if physics.simulator == "kernel":
+        # Numba takes a second to import, and MuJoCo's runs do without
+        from engine.simulation.kernel import rollout as kernel
+
+        common: dict[str, Any] = {"physics": physics, "n_threads": n_threads}
+        robots = build_robots(morphologies, physics)
+        at_rest = kernel.settle(robots, morphologies, duration=times.settle_time, observer=observer, **common)
+        lost: list[Failure | None] = [None] * len(robots)
+        if heads is None:
+            heads, lost = kernel.find_heads(at_rest, morphologies, duration=times.open_loop_time, **common)
+        return StartedTrials(
+            kernel.KernelLoop(
+                at_rest,
+                heads=heads,
+                controllers=controllers,
+                targets=offsets,
+                noise=[[(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers],
+                task=task,
+                walls=[trial.walls for trial in trials],
+                **common,
+            ),
+            list(heads),
+            [robot.failure for robot in at_rest],
+            lost,
+        )
     robots = build_robots(morphologies, physics)
     settled = settle(
         robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
     )
-    lost: list[Failure | None] = [None] * len(robots)
+    lost = [None] * len(robots)
     if heads is None:
         heads, lost = find_heads(
             settled,
@@ -164,7 +191,6 @@ def start_trials(
             n_threads=n_threads,
             duration=times.open_loop_time,
         )
-    offsets = np.array([trial.offset for trial in trials])
     loop = ClosedLoop(
         settled,
         robots,

@@ -9,6 +9,7 @@ Read in this order:
 - ``step``: as many time steps as wanted.
 - ``loop/``: the closed loop of sensing, network, servos and noise, inside compiled code.
 - ``batch``: simulations of robots of one size, stepped from Python.
+- ``rollout``: settling, the search for the head and trials, with the face of ``simulation.rollout``.
 
 Lanes of a SIMD vector (``simd``) hold simulations of one robot. What compiled code passes around:
 
