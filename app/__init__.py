@@ -3,13 +3,13 @@
 Read in this order; a room imports only rooms above it in this list:
 
 - ``state``: what one browser looks at, and who alone changes each part.
-- ``limits``: how much a visitor may have simulated. ``worker_flags``: who computes, as flags of commands.
+- ``limits``: how much a visitor may simulate. ``worker_flags``: what computes, as flags of commands.
 - ``gui``: what viser lacks: access, clicks on pictures, values of a page.
 - ``runs``: run files: found, started, uploaded, compared.
 - ``maps``: the left panel: which maps of a run, drawn how.
 - ``replay``: a replay in the 3D scene, and its transport.
-- ``robot``: the right panel: what there is to know about the chosen robot, and what is replayed.
-- ``downloads``: what one takes along.
+- ``robot``: the right panel: the chosen robot, and which trial of it is replayed.
+- ``downloads``: files for download.
 - ``session``: builds all of this for one browser and connects it.
 - ``server``: serves browsers.
 - ``cli``: the commands. ``__main__``: ``python -m app``.

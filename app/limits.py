@@ -1,4 +1,4 @@
-"""How much a visitor may have simulated."""
+"""How much a visitor may simulate."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Final
 from engine.errors import InvalidData
 
 VISITOR_SECONDS: Final = 600.0
-"""Seconds of robots' time that a visitor may have simulated in a window: about 14 replays."""
+"""Seconds of simulated time that a visitor may use in a window: about 14 replays."""
 WINDOW: Final = 60.0
 """Seconds in which they count."""
 
 
 class SimulationBudget:
-    """Counts what one browser has had simulated lately. Threads may share it.
+    """Counts what one browser has simulated lately. Threads may share it.
 
     Args:
         seconds: of robots' time in a window; None for any number.
@@ -45,7 +45,7 @@ class SimulationBudget:
             seconds: of a robot's time, of all robots together.
 
         Raises:
-            InvalidData: it would be more than there may be.
+            InvalidData: it would exceed the limit.
         """
         if self._limit is None:
             return

@@ -1,6 +1,6 @@
 """What one browser looks at: the run and its generations, the chosen robot and its trial.
 
-Each part has one owner, who alone changes it; all others only read. The basket has its owner in
+Each part has one owner, which alone changes it; all others only read. The basket has its owner in
 ``app.downloads``, how maps are drawn in ``app.maps``.
 """
 
@@ -23,9 +23,9 @@ class ShownRun:
 
     Attributes:
         path: of the run, None before one is shown.
-        reader: what the screen shows of it; another one than the library's now if the file was replaced.
+        reader: of what the screen shows; if the file was replaced, the library has another one.
         generations: the closed generations of the run, in order.
-        follow_newest: whether the maps move on with a live run.
+        follow_newest: whether the maps follow a live run.
     """
 
     path: Path | None = None
@@ -57,7 +57,7 @@ class Selection:
     """The robot of a clicked cell and the map it was clicked on.
 
     Attributes:
-        archive: it was chosen in.
+        archive: in which it was chosen.
         cell: of the archive, None if none of its cells held the robot.
         evaluation: the robot.
         entered: generation of the evaluation.

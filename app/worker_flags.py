@@ -1,4 +1,4 @@
-"""Who computes: threads or processes of this machine, a Dask cluster, SLURM jobs; as flags of commands."""
+"""What computes: threads or processes of this machine, a Dask cluster, SLURM jobs; as flags of commands."""
 
 from __future__ import annotations
 

@@ -29,8 +29,8 @@ AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
 class RunConfig:
     """What to evolve, with which algorithm, how long. Equal configurations give equal archives.
 
-    Whether robots survive the physics is not checked here but where they are simulated: older run files
-    have time steps that today's bodies do not bear, and can still be looked at.
+    Whether robots survive the physics is checked where they are simulated, not here: older run files whose
+    time steps are too large for today's bodies can still be viewed.
 
     Raises:
         InvalidData: numbers that contradict each other.
@@ -49,7 +49,7 @@ class RunConfig:
     vie_neat: VieNeatConfig = VieNeatConfig()
     """Sizes and rates of ViE-NEAT's two populations."""
     overlap: int = 0
-    """Generations begun before the oldest is finished, so that many workers never idle; not of ViE-NEAT."""
+    """Generations begun before the oldest is finished, so that many workers never idle; not for ViE-NEAT."""
     seed: int = 0
     """Seed of everything random."""
     trials: TrialConfig = TrialConfig()
@@ -109,7 +109,7 @@ PRESETS: Final[dict[str, RunConfig]] = {
         trials=TrialConfig(repeats=2, settle_time=0.4, open_loop_time=0.6, trial_time=1.0),
     ),
 }
-"""Of every algorithm; options such as ``cell_capacity`` are added to them.
+"""Presets for every algorithm; options such as ``cell_capacity`` are added to them.
 
 ``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
 evaluations, about half an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
@@ -127,11 +127,19 @@ def preset(name: str) -> RunConfig:
 
 
 def to_json(config: RunConfig) -> dict[str, Any]:
-    """Return a configuration as JSON-ready values; ``INLINE`` tables are spread over it."""
+    """Return a configuration as JSON-ready values; the fields of ``INLINE`` tables stand at its top."""
     inline = inline_tables(RunConfig)
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
+    return found | {"physics": physics_to_json(config.physics)}
+
+
+def physics_to_json(physics: Physics) -> dict[str, Any]:
+    """Return a physics as JSON-ready values, without the simulator that files of older versions imply."""
+    found = dataclasses.asdict(physics)
+    if physics.simulator == _BEFORE[Physics]["simulator"]:
+        del found["simulator"]
     return found
 
 
@@ -169,7 +177,7 @@ def from_json(data: Any) -> RunConfig:
 
 
 def physics_from_json(data: Any) -> Physics:
-    """Read a physics back from the form that it has in ``to_json``'s result.
+    """Read a physics back from the form that ``to_json`` gives it.
 
     Unlike a run's, it may be one that no robot survives.
 
@@ -179,8 +187,8 @@ def physics_from_json(data: Any) -> Physics:
     return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
-_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"rod_inertia": 1.0}}
-"""Values of fields that are newer than a file, where they are not today's defaults."""
+_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"simulator": "mujoco-pgs", "rod_inertia": 1.0}}
+"""Values for fields that a file is too old to have, where they are not today's defaults."""
 
 
 def _read(kind: Any, value: Any, where: str) -> Any:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Final
 
 MAX_LINE: Final = 1000
-"""Characters of the longest message; of a longer one the middle is left out, for the end says what to do."""
+"""Longest message, in characters; a longer one loses its middle, because its end says what to do."""
 
 
 def one_line(text: str) -> str:
@@ -16,12 +16,12 @@ def one_line(text: str) -> str:
 
 
 class TensAtlasError(Exception):
-    """Base of every error that is the user's to mend; the command line prints it and exits with 2.
+    """Base of every error that the user can mend; the command line prints it and exits with 2.
 
-    Whatever the message quotes, of files from strangers too, it stays one line of sensible length.
+    The message is always one line of sensible length, even if it quotes a stranger's file.
 
     Args:
-        message: for people.
+        message: for the user.
     """
 
     def __init__(self, message: object = "") -> None:
@@ -33,11 +33,11 @@ UNEXPECTED_DATA = (ValueError, TypeError, LookupError, AttributeError, Arithmeti
 
 
 class Cancelled(Exception):
-    """Ends a computation whose result nobody waits for any more; whoever began it catches it."""
+    """Ends a computation whose result is no longer wanted; its caller catches it."""
 
 
 class InvalidData(TensAtlasError):
-    """A genotype, configuration or file holds something that it must not."""
+    """A genotype, configuration or file holds an invalid value."""
 
 
 class UnknownTask(InvalidData):
@@ -45,7 +45,7 @@ class UnknownTask(InvalidData):
 
 
 class TaskError(TensAtlasError):
-    """A user's task file cannot be read, has an error, or its task returns what it must not."""
+    """A user's task file cannot be read, has an error, or its task returns invalid values."""
 
 
 class RunFileError(TensAtlasError):
@@ -53,7 +53,7 @@ class RunFileError(TensAtlasError):
 
 
 class DamagedRunFile(RunFileError):
-    """A run file of which a part is lost or not what it should be; the message says how to save the rest.
+    """A run file that is damaged or partly lost; the message says how to save the rest.
 
     Args:
         path: of the file.

@@ -1,4 +1,4 @@
-"""From an evaluation in a run file to files that a person can take away, and to an id that names the robot.
+"""Exports an evaluation of a run file as files for other programs, and gives its robot an id.
 
 The trial towards target 0, repeat 0, is simulated again; controls, path and replay come from it.
 """
@@ -12,6 +12,7 @@ import json
 import os
 import shutil
 import uuid
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -21,13 +22,14 @@ import numpy as np
 from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, physics_to_json
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
+from engine.simulation.physics import Simulator
 from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
@@ -44,13 +46,31 @@ ID_LENGTH: Final = 10
 """Hexadecimal digits of an id: among a million robots two share one with a probability of half a percent."""
 
 
+_BY_MUJOCO: Final = """\
+The exported trial was computed with MuJoCo {mujoco}. On the same machine that version repeats the
+motion exactly; another version or processor may round differently, and contacts amplify every
+rounding: the motion then leaves the recorded one after some seconds, by millimetres to
+centimetres."""
+_BY_KERNEL: Final = """\
+The exported trial was computed by TensAtlas's own kernel, which solves the same equations as
+MuJoCo {mujoco} with Newton's method. A step of the two agrees to about 1e-7 m/s, and contacts
+amplify every difference: the motion leaves the recorded one after some seconds, by millimetres to
+centimetres."""
+REPEATABLE: Final[Mapping[Simulator, str]] = {
+    "mujoco-pgs": _BY_MUJOCO,
+    "mujoco": _BY_MUJOCO,
+    "kernel": _BY_KERNEL,
+}
+"""How exactly ``play.py`` repeats the exported trial, by what simulated it."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Trial:
     """One trial, simulated again; K control updates, S seconds.
 
     Attributes:
         settled: the complete state after settling.
-        sensed: (inputs,) what the controller senses as the trial begins.
+        sensed: (inputs,) what the controller senses when the trial begins.
         pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
@@ -104,24 +124,24 @@ def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> 
 def robot_hash(config: RunConfig, solution: Solution) -> str:
     """Return the SHA-256 of what a robot is and does: both genotypes, the task and the physics.
 
-    Equal robots of different runs have the same; the run's name, its seed and the noise do not count.
+    Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
     content = {
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
         "task": {"name": config.task, **task_version(config.task)},
-        "physics": dataclasses.asdict(config.physics),
+        "physics": physics_to_json(config.physics),
     }
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
 
 def robot_id(config: RunConfig, solution: Solution) -> str:
-    """Return the first digits of ``robot_hash``, which people can read out to each other."""
+    """Return the first digits of ``robot_hash``, short enough to read aloud."""
     return robot_hash(config, solution)[:ID_LENGTH]
 
 
 def check_folder(out: Path) -> None:
-    """Check that a folder can be made, before hours or seconds are spent on its content.
+    """Check that a folder can be made, before time is spent on its content.
 
     Raises:
         ExportError: ``out`` exists and is not an empty folder, or it cannot be written.
@@ -274,7 +294,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
         if trial.score == recorded
         else "not the same: the run was computed on another kind of machine or with other versions",
         scale=reader.config.physics.inertia_scale,
-        mujoco=mujoco.mj_versionString(),
+        repeatable=REPEATABLE[reader.config.physics.simulator].format(mujoco=mujoco.mj_versionString()),
     )
 
 

@@ -1,6 +1,6 @@
 """Files and texts of common formats: CSV, JSON, TOML and ZIP.
 
-Equal content gives equal bytes. What a stranger may have made is read with care.
+Equal content gives equal bytes. Files may come from strangers, so all that is read is checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from engine.errors import UNEXPECTED_DATA, InvalidData
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV, each with a line end of its own; what is None is left empty."""
+    """Return rows as CSV; every row ends its line, and None leaves a field empty."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
@@ -45,7 +45,7 @@ def parse_toml(text: str, *, file: str) -> dict[str, Any]:
     """Read TOML text; ``file`` names it in messages.
 
     Raises:
-        InvalidData: it is no TOML, or nested beyond all measure.
+        InvalidData: it is no TOML, or nested too deeply.
     """
     try:
         return tomllib.loads(text)
@@ -54,7 +54,7 @@ def parse_toml(text: str, *, file: str) -> dict[str, Any]:
 
 
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, *UNEXPECTED_DATA)
-"""What ``zipfile`` raises at archives that are not what they should be."""
+"""Errors that ``zipfile`` raises for damaged archives."""
 
 
 def zip_bytes(files: Mapping[str, bytes], folder_name: str = "") -> bytes:
@@ -70,7 +70,7 @@ def zip_bytes(files: Mapping[str, bytes], folder_name: str = "") -> bytes:
         for name in sorted(files):
             entry = zipfile.ZipInfo(prefix + name, date_time=(1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # not the system that happens to run this
+            entry.create_system = 3  # Unix, whatever system this runs on
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, files[name])
     return buffer.getvalue()
@@ -81,7 +81,7 @@ def read_zip(content: bytes, limits: Mapping[str, int]) -> dict[str, bytes]:
 
     Args:
         content: the archive.
-        limits: the names that it must hold, and no others, with the most bytes that each may have.
+        limits: the names that it must hold, and no others, with the largest size of each, in bytes.
 
     Raises:
         InvalidData: it is no ZIP archive, is damaged, or holds other or larger files.

@@ -1,4 +1,4 @@
-"""The command ``campaign``: a process for every run, so many at a time, and in the end the comparison."""
+"""The command ``campaign``: one process per run, several at a time, and the comparison at the end."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 POLL = 0.5
 ATTEMPTS = 2
-"""Times that a run is started or resumed before it is left for another time."""
+"""How often a run is started or resumed before it is given up."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Campaign:
     """Run an experiment of many runs: a grid of tasks, algorithms and seeds, and their comparison.
 
-    What is finished is left alone, what is unfinished is gone on with: after an interruption give the same
-    command again.
+    Finished runs are left alone, unfinished ones are resumed: after an interruption give the same command
+    again.
     """
 
     file: tyro.conf.Positional[Path]
@@ -44,11 +44,11 @@ class Campaign:
     out: Path
     """Folder of the run files, their logs and the report."""
     jobs: int = 1
-    """Runs at a time, each with workers of its own."""
+    """Runs at a time, each with its own workers."""
     images: Literal["svg", "png", "none"] = "svg"
     """Kind of the report's figures as files; needs a Chromium."""
     dry_run: bool = False
-    """Only say which runs there are and which are finished."""
+    """Only list the runs and say which are finished."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
     """Who computes the evaluations; the result does not depend on it."""
 
@@ -56,8 +56,8 @@ class Campaign:
         """Work until every run is finished; return the exit status.
 
         Raises:
-            InvalidData: the file or a flag is not as it should be.
-            RunFileError: a run's file exists and is another run's.
+            InvalidData: the file or a flag is invalid.
+            RunFileError: a run's file exists and belongs to another run.
         """
         from engine.runs.campaign import read_campaign
 
@@ -82,7 +82,7 @@ class Campaign:
         if failed:
             for file, reason in failed.items():
                 console.print(f"tensatlas: {file}: {reason}", markup=False)
-            console.print("The same command goes on with what is unfinished.")
+            console.print("The same command resumes what is unfinished.")
             return 1
         files = tuple(folder / run.file for run in runs)
         Compare(paths=files, out=folder / "report", images=self.images).run(console)
@@ -93,7 +93,7 @@ def is_finished(path: Path, planned: PlannedRun) -> bool:
     """Tell whether a run's file has all its evaluations.
 
     Raises:
-        RunFileError: it is damaged, or another run's.
+        RunFileError: it is damaged, or belongs to another run.
     """
     if not path.exists():
         return False
@@ -107,7 +107,7 @@ def is_finished(path: Path, planned: PlannedRun) -> bool:
 
 
 def _work(waiting: Sequence[PlannedRun], command: Campaign, console: Console) -> dict[str, str]:
-    """Run all, so many at a time; return the reasons of those that could not be finished."""
+    """Run all, several at a time; return why some could not be finished."""
     queue = [(run, 1) for run in waiting]
     active: dict[subprocess.Popen[bytes], tuple[PlannedRun, int]] = {}
     failed: dict[str, str] = {}
@@ -117,7 +117,7 @@ def _work(waiting: Sequence[PlannedRun], command: Campaign, console: Console) ->
             while queue and len(active) < command.jobs:
                 run, attempt = queue.pop(0)
                 active[_start(run, command)] = run, attempt
-                console.print(f"{run.file} {'begins' if attempt == 1 else 'goes on'}", markup=False)
+                console.print(f"{run.file} {'begins' if attempt == 1 else 'continues'}", markup=False)
             time.sleep(POLL)
             for process in [p for p in active if p.poll() is not None]:
                 run, attempt = active.pop(process)
@@ -159,7 +159,7 @@ def _text(path: Path | None) -> str | None:
 
 
 def _run_one(job: dict[str, Any]) -> int:
-    """Start or resume one run, as a process of its own; return the exit status."""
+    """Start or resume one run in a separate process; return the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     flags = job["flags"] | {"slurm": None if job["flags"]["slurm"] is None else Path(job["flags"]["slurm"])}
     path, console = Path(job["path"]), Console(stderr=True, highlight=False, soft_wrap=True)

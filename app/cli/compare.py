@@ -12,7 +12,7 @@ from rich.table import Table
 
 from engine.errors import ExportError
 
-if TYPE_CHECKING:  # statistics and figures take a while to import; the other commands do without
+if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
 
 _MEASURES: Final = {

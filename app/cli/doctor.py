@@ -1,4 +1,4 @@
-"""The command ``doctor``: is this installation fit, and is a run file?"""
+"""The command ``doctor``: checks this installation and run files."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _FEATURES: Final = ("avx2", "fma", "avx512f")
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Doctor:
-    """Check this installation, and run files: a line for each thing, with what to do about it.
+    """Check this installation and run files: one line for each check, with what to do about a problem.
 
     Ends with 1 if there is a problem.
     """
@@ -44,7 +44,7 @@ class Doctor:
     """Port that the app would listen on."""
 
     def run(self, _: Console) -> int:
-        """Print a line for each thing to standard output; return the exit status."""
+        """Print a line for each check to standard output; return the exit status."""
         out = Console(highlight=False, soft_wrap=True)
         n_problems = 0
         for finding in _findings(self.paths, self.port):

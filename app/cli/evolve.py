@@ -28,7 +28,7 @@ from engine.workers.malloc import keep_memory_compact
 class Evolve:
     """Start an evolution, written to a new run file as it goes.
 
-    Every field of the configuration is a flag; what is not given comes from the preset.
+    Every field of the configuration is a flag; fields that are not given come from the preset.
     """
 
     path: tyro.conf.Positional[Path]
@@ -48,7 +48,7 @@ class Evolve:
             InvalidData: a flag or the physics is out of range.
             ClusterError: the workers cannot be started or reached.
         """
-        # a task of the user's is found again only if they name its file
+        # a user's task is found again only if its file is named
         file = get_task(self.config.task).file
         prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
         _compute(self.path, self.config, self.computing, console, prefix=prefix)
@@ -56,7 +56,7 @@ class Evolve:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Resume:
-    """Go on with an interrupted evolution, exactly as if it had never stopped."""
+    """Resume an interrupted evolution, exactly as if it had never stopped."""
 
     path: tyro.conf.Positional[Path]
     """Run file."""
@@ -80,7 +80,7 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
     Args:
         path: of the run file.
         config: of a run to start; None for a run to resume.
-        flags: who computes.
+        flags: what computes.
         console: where progress is shown, and which versions have changed since the run was started.
 
     Raises:
@@ -111,7 +111,7 @@ def _compute(
         compute_run(path, config, flags, console)
     except KeyboardInterrupt:
         console.print(
-            f"Stopped. Everything finished is saved; go on with: {prefix}tensatlas resume {path}",
+            f"Stopped. Everything finished is saved; continue with: {prefix}tensatlas resume {path}",
             markup=False,
         )
         raise
@@ -119,7 +119,7 @@ def _compute(
 
 
 CONFIG_FLAGS: Final = ConstructorRegistry()
-"""Tells ``tyro.cli`` the flags of a configuration: fields of ``INLINE`` tables are as fields of the run."""
+"""Tells ``tyro.cli`` the flags of a configuration; fields of ``INLINE`` tables look like the run's own."""
 
 
 @CONFIG_FLAGS.struct_rule

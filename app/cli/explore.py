@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import tyro
 from rich.console import Console
 
-if TYPE_CHECKING:  # the app's libraries take a second to import; the other commands do without
+if TYPE_CHECKING:  # the app's libraries take a second to import; other commands do not need them
     from app.server.server import Listening
 
 

@@ -14,7 +14,7 @@ from engine.files import csv_text
 from engine.search.archive import cell_name, parse_cell
 from engine.storage.reader import RunReader
 
-if TYPE_CHECKING:  # the libraries that draw and shape take a while to import; the other commands do without
+if TYPE_CHECKING:  # the libraries that draw and shape take a while to import; other commands do not need them
     from engine.fabrication.materials import Materials
     from viz.build_sheet.facts import ArchivePlace
 
@@ -36,7 +36,7 @@ class Export:
     cell: str | None = None
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     all_elites: bool = False
-    """Export every elite, each once, into folders of its own, with a table of the cells."""
+    """Export every elite once, each into its own folder, with a table of the cells."""
     out: Path
     """Folder to create."""
     materials: str = "tpu-85a"

@@ -27,7 +27,7 @@ class Info:
     """Print JSON, with the hash that equal runs share."""
 
     def run(self, _: Console) -> None:
-        """Print to standard output, for people or as JSON.
+        """Print to standard output, as text or as JSON.
 
         Raises:
             RunFileError: the file cannot be read.
@@ -80,7 +80,7 @@ def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
 
 
 def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the text of every line for people."""
+    """Yield the name and the text of every line."""
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         yield key, facts[key]
     yield "evaluations", f"{facts['evaluations']} of {facts['budget']}"

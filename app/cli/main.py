@@ -1,4 +1,4 @@
-"""The command ``tensatlas``: the list of its commands, and what a command line becomes."""
+"""The command ``tensatlas``: the list of its commands, and how a command line becomes a command."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Command(Protocol):
     """A command's arguments, as a frozen dataclass that tyro reads from a command line."""
 
     def run(self, console: Console) -> int | None:
-        """Do it; return the exit status, unless it is 0.
+        """Run the command; return the exit status, unless it is 0.
 
         Args:
-            console: standard error, for whatever is not the command's output.
+            console: standard error, for everything but the command's output.
         """
         ...
 
@@ -68,7 +68,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run a command; exit with 2 after an error of the user's, with 130 after Ctrl-C."""
+    """Run a command; exit with 2 after an error that the user can mend, with 130 after Ctrl-C."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     # a terminal that closes or a supervisor that stops us ends as cleanly as Ctrl-C

@@ -51,9 +51,9 @@ class ProgressDisplay:
 
 @contextlib.contextmanager
 def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar from the first count on; yield what is to be told how many of how many are done.
+    """Show a bar from the first count on; yield a function to call with how many of how many are done.
 
-    Where the output is no terminal there is a line now and then instead.
+    Where the output is not a terminal, print a line from time to time instead.
     """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -81,7 +81,7 @@ def _rate_and_time_left(progress: Progress) -> tuple[float, float | None]:
 
 
 def _duration(seconds: float | None) -> str:
-    """Return a duration for people, such as 1:02:03."""
+    """Return a duration as text, such as 1:02:03."""
     if seconds is None:
         return "--:--"
     minutes, s = divmod(round(seconds), 60)

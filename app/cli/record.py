@@ -89,8 +89,8 @@ class Record:
             raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
 
     def _recording(self, reader: RunReader, number: int, console: Console) -> bytes:
-        """Return the file's content, with a bar on the screen while it is made."""
-        # what simulates and draws a replay takes a while to import; the other commands do without
+        """Make the file's content, with a bar on the screen."""
+        # what simulates and draws a replay takes a while to import; other commands do not need it
         from app.downloads.recording import recording
         from engine.replay.replay import Replay
         from engine.replay.trial import Aim, TrialChoice

@@ -21,7 +21,7 @@ from engine.analysis.robustness import MapRobustness, robust_path
 class Reevaluate:
     """Simulate elites again under fresh noise and say how much of their map's fitness was luck.
 
-    Keeps the results beside the run, in NAME.robust.json, and goes on with those that are there.
+    Keeps the results beside the run, in NAME.robust.json, and continues from those that are there.
     """
 
     path: tyro.conf.Positional[Path]
@@ -29,14 +29,14 @@ class Reevaluate:
     repeats: int = 5
     """Evaluations of each elite, each of all targets and the run's repeats."""
     archive: str | None = None
-    """The only archive whose elites to take; without it all."""
+    """The only archive whose elites are evaluated; without it, all."""
     workers: int = os.cpu_count() or 1
     """Threads that simulate; the result does not depend on it."""
     json: bool = False
     """Print JSON."""
 
     def run(self, console: Console) -> None:
-        """Simulate the elites again and print what came out, for people or as JSON.
+        """Simulate the elites again and print the results, as text or as JSON.
 
         Raises:
             InvalidData: a number is out of range, results from before are of another run or of other
@@ -55,7 +55,7 @@ class Reevaluate:
                 )
         except KeyboardInterrupt:
             console.print(
-                "Stopped. What is finished is saved; the same command goes on with it.", markup=False
+                "Stopped. What is finished is saved; the same command continues from there.", markup=False
             )
             raise
         if self.json:

@@ -1,4 +1,4 @@
-"""The commands ``recover`` and ``migrate``: another file made of a run file, which stays as it is."""
+"""The commands ``recover`` and ``migrate``: write another file from a run file, which stays as it is."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Recover:
     """A run of the same configuration, for a file that has lost its own."""
 
     def run(self, console: Console) -> None:
-        """Save what is whole, and say what that is.
+        """Save what is whole, and report it.
 
         Raises:
             RunFileError: nothing can be saved, or the new file cannot be written.
@@ -44,9 +44,9 @@ class Recover:
         for note in found.notes:
             console.print(f"Note: {note}", markup=False)
         console.print(
-            f"Go on with: tensatlas resume {self.out}"
+            f"Continue with: tensatlas resume {self.out}"
             if found.resumable
-            else f"It can be looked at, not gone on with: tensatlas explore {self.out}",
+            else f"It can be viewed, not resumed: tensatlas explore {self.out}",
             markup=False,
         )
 

@@ -23,7 +23,7 @@ class Table:
     path: tyro.conf.Positional[Path]
     """Run file."""
     archive: str | None = None
-    """The only archive to take; without it all, told apart by the column ``archive``."""
+    """The only archive to write; without it, all, told apart by the column ``archive``."""
     out: Path
     """File to write, *.csv or *.parquet."""
 
@@ -52,7 +52,7 @@ class Project:
     """Threads that simulate elites without a trajectory; the result does not depend on it."""
 
     def run(self, console: Console) -> None:
-        """Write the projected run, and say what became of its elites.
+        """Write the projected run, and report what happened to its elites.
 
         Raises:
             InvalidData: the number of workers is out of range.

@@ -1,4 +1,4 @@
-"""The command ``verify``: an elite simulated again, and what that has shown."""
+"""The command ``verify``: simulates an elite again and reports how it did."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from engine.analysis.verify import Motion, Samples, Verification, changed_physic
 from engine.config import RunConfig
 from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, Simulator
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 
@@ -42,6 +42,8 @@ class Verify:
     """Factor on every inertia; 1 is the real one. The time step follows it to stay stable."""
     timestep_factor: float | None = None
     """Factor on the time step, such as 0.25."""
+    simulator: Simulator | None = None
+    """Another simulator: kernel, mujoco (Newton's method, the reference) or mujoco-pgs."""
     seeds: int = 5
     """Evaluations with fresh noise, each of all targets and repeats."""
     workers: int = os.cpu_count() or 1
@@ -50,7 +52,7 @@ class Verify:
     """Print JSON, with every single evaluation."""
 
     def run(self, _: Console) -> None:
-        """Simulate the elite again and print what came out to standard output, for people or as JSON.
+        """Simulate the elite again and print the results to standard output, as text or as JSON.
 
         Raises:
             InvalidData: a number is out of range, or the cell is empty or lies outside the map.
@@ -61,7 +63,10 @@ class Verify:
             config = reader.config
             evaluation = reader.evaluation(reader.elite_at(self.archive, parse_cell(self.cell)))
         physics = changed_physics(
-            config.physics, inertia_scale=self.inertia_scale, timestep_factor=self.timestep_factor
+            config.physics,
+            inertia_scale=self.inertia_scale,
+            timestep_factor=self.timestep_factor,
+            simulator=self.simulator,
         )
         found = verify(
             config,
@@ -94,6 +99,10 @@ def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     say(f"\nChanged physics, {_physics_name(changed.physics)}")
     if changed.physics.inertia_scale != own.physics.inertia_scale:
         say("The time step follows the inertia, so that the simulation stays stable.")
+    if "kernel" in (own.physics.simulator, changed.physics.simulator) and (
+        own.physics.simulator != changed.physics.simulator
+    ):
+        say("The kernel draws other noise from a seed than MuJoCo's runs: compare the means.")
     console.print(_table(config, changed, None))
     say(_motion_line(changed.motion))
 
@@ -148,7 +157,8 @@ def _fresh_columns(config: RunConfig, samples: Samples) -> list[list[str]]:
 
 
 def _physics_name(physics: Physics) -> str:
-    return f"inertia x {physics.inertia_scale:g}, time step {1000 * physics.timestep:.4g} ms"
+    step = 1000 * physics.timestep
+    return f"{physics.simulator}, inertia x {physics.inertia_scale:g}, time step {step:.4g} ms"
 
 
 def _f_s(config: RunConfig, fitness: float) -> float:

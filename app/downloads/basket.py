@@ -23,11 +23,11 @@ from viz.build_sheet.facts import ArchivePlace
 from viz.build_sheet.style import PaperName
 
 MOST: Final = 50
-"""Robots that a basket holds; simulating them for their export takes minutes."""
+"""Largest number of robots in a basket; simulating them for their export takes minutes."""
 PAPERS: Final[dict[str, PaperName]] = {"A4": "a4", "Letter": "letter"}
-"""Names of papers for people, the usual one first."""
+"""Names of papers as shown, the usual one first."""
 MEMORY_KEY: Final = "tensatlas-basket"
-"""Under which a tab remembers its basket."""
+"""Key under which a tab remembers its basket."""
 MAX_MEMORY: Final = 20_000
 """Characters of the longest memory that is read."""
 MAX_NUMBER: Final = 10**9
@@ -45,7 +45,7 @@ class BasketItem:
         number: of its evaluation.
         modules: how many it has.
         f_s: in cm, None if it has no fitness.
-        archive: it was chosen in, empty if that is not known any more.
+        archive: in which it was chosen, empty if that is no longer known.
         cell: of the archive, None if none of its cells holds the robot.
     """
 
@@ -65,12 +65,12 @@ class BasketItem:
 def item_of(
     reader: RunReader, evaluation: Evaluation, archive: str = "", cell: Cell | None = None
 ) -> BasketItem:
-    """Return a robot as a basket holds it.
+    """Return a robot as an item of the basket.
 
     Args:
         reader: of its run.
         evaluation: of the robot.
-        archive: it was chosen in, if that is known.
+        archive: in which it was chosen, if that is known.
         cell: of the archive that holds it, None if none does or it is not known.
     """
     solution, distance = evaluation.solution, get_task(reader.config.task).target_distance
@@ -150,7 +150,7 @@ def export_basket(
     progress: ProgressCallback,
     choice: ExportChoice,
 ) -> dict[str, bytes]:
-    """Return the exports of all robots, each in a folder of its own.
+    """Return the exports of all robots, each in its own folder.
 
     Args:
         basket: the robots.
@@ -175,7 +175,7 @@ def export_basket(
 
 
 def parse_memory(text: str) -> list[Kept]:
-    """Read what a browser says that it remembers; what is not well formed is left out."""
+    """Read what a browser claims to remember; malformed parts are left out."""
     if len(text) > MAX_MEMORY:
         return []
     try:

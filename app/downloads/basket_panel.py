@@ -1,4 +1,4 @@
-"""Taking robots along: files of the replay that is shown, the run's table, a basket of chosen robots."""
+"""The downloads of a browser: files of the shown replay, the run's table, a basket of chosen robots."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ class BasketPanel:
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:
-        """Let a robot be taken along, or not, because none is chosen."""
+        """Enable the downloads, or disable them, because no robot is chosen."""
         self._add.disabled = not chosen
         # viser cannot disable a group of buttons
         self._recordings.visible = chosen
 
     def show_basket(self, basket: Sequence[BasketItem]) -> None:
-        """List what is in the basket."""
+        """List the robots in the basket."""
         rows = [(i.path.stem, i.number, i.modules, i.f_s) for i in basket]
         put_html(self._list, basket_list.render(rows, self._handler))
         self._download.visible = self._clear.visible = bool(basket)
@@ -123,6 +123,6 @@ class ExportChooser:
         """What is chosen.
 
         Raises:
-            InvalidData: the browser has sent what is not on offer.
+            InvalidData: the browser has sent a choice that is not on offer.
         """
         return ExportChoice.of(self._paper.value, self._material.value)

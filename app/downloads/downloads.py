@@ -1,4 +1,4 @@
-"""What one browser takes along: connects the panel with the chosen robot, its replay and the basket."""
+"""The downloads of one browser: connects the panel with the chosen robot, its replay and the basket."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Downloads:
         actions: of the browser.
         maker: of its files.
         player: of the replay that is shown.
-        budget: what the browser may have simulated.
+        budget: how much the browser may still simulate.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Downloads:
         self._put(added(self._basket, self._chosen_item()[1]))
 
     def remove(self, position: int) -> None:
-        """Take a robot out of the basket; a position that is none does nothing."""
+        """Take a robot out of the basket; an unknown position does nothing."""
         self._put(tuple(item for k, item in enumerate(self._basket) if k != position))
 
     def clear(self) -> None:
@@ -150,7 +150,7 @@ class Downloads:
         """
         reader, chosen = self._chosen()
         trial, moment, run = self._choice.trial, self._player.time, reader.path.stem
-        # one of its own: what is played may be cancelled at any time
+        # a new one: the replay that is played may be cancelled at any time
         replay = Replay.of(reader.config, chosen.evaluation, trial)
         where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
         name = f"{run}_robot_{chosen.number}_{_file_part(trial)}.{kind}"
@@ -224,7 +224,7 @@ class Downloads:
 
 
 def _file_part(trial: TrialChoice) -> str:
-    """Return what the name of a recording says of its target."""
+    """Return the part of a recording's name that tells its target."""
     if trial.aim is None:
         return f"target_{trial.target + 1}"
     return f"target_at_{trial.aim.bearing}_degrees_{trial.aim.distance}_cm"

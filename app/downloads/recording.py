@@ -11,7 +11,7 @@ from viz.recording.render import Renderer
 from viz.recording.standalone_replay import standalone_replay
 from viz.recording.video import video
 
-if TYPE_CHECKING:  # viser, which takes long to import, is of no use to a command
+if TYPE_CHECKING:  # viser takes long to import, and commands do not need it
     from app.gui.file_maker import ProgressCallback
 
 KINDS: Final = ("html", "png", "mp4")
@@ -50,7 +50,7 @@ def recording(
     look: ReplayLook | None = None,
     progress: ProgressCallback | None = None,
 ) -> bytes:
-    """Return a replay as a file; what of it is not simulated yet is.
+    """Return a replay as a file; simulate the rest of it first.
 
     Args:
         replay: the trial.

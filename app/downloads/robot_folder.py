@@ -1,4 +1,4 @@
-"""Everything that one takes along of one robot: build sheet, files to make its parts, firmware, data."""
+"""The folder of one robot: build sheet, files to make its parts, firmware, data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
 from viz.recording.standalone_replay import standalone_replay
 
-if TYPE_CHECKING:  # viser, which takes long to import, is of no use to a command
+if TYPE_CHECKING:  # viser takes long to import, and commands do not need it
     from app.gui.file_maker import ProgressCallback
 
 STEPS: Final = 4
@@ -124,7 +124,7 @@ def place_of(reader: RunReader, number: int) -> ArchivePlace | None:
 
 
 def folder_name(reader: RunReader, number: int) -> str:
-    """Return what a robot's folder is called unless somebody says otherwise."""
+    """Return the default name of a robot's folder."""
     return f"{reader.path.stem}_robot_{number}"
 
 
@@ -176,7 +176,7 @@ def _manifest(reader: RunReader, facts: Facts, materials: Materials, files: dict
 
 
 def what_is(name: str) -> str:
-    """Return what a file of the folder is."""
+    """Return the description of a file of the folder."""
     return next(what for pattern, what in _WHAT if fnmatch.fnmatch(name, pattern))
 
 

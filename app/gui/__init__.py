@@ -4,11 +4,11 @@ Read in this order:
 
 - ``viser_private``: every use of viser's private parts, and the gate that checks what a browser sends.
 - ``access``: who may use the app; decided before a request is answered.
-- ``actions``: what a user sets off: one thing at a time, and a notice when it fails.
+- ``actions``: the user's actions: one at a time, and a notice when one fails.
 - ``widgets``: small helpers: set a value once, inputs in one row.
 - ``page_channel``: scripts in the page and their way to the app; the scripts are in ``page_channel.js``.
 - ``click_channel``: clicks on pictures.
 - ``browser_value``: a value that lives in the page, such as its address.
 - ``file_maker``: a file made in the background, with progress and cancelling.
-- ``field_docs``: what the code says of a configuration's fields, for hints.
+- ``field_docs``: the docstrings of a configuration's fields, for hints.
 """

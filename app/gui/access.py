@@ -1,4 +1,4 @@
-"""Who may use the app: what is checked of a request before any of it is answered.
+"""Who may use the app: the checks of a request before any of it is answered.
 
 A web page of another origin can open a web-socket to any server that its visitor's browser reaches, so the
 Origin that the browser sends is compared with the Host that it asked for (RFC 6455, section 10.2). A page
@@ -24,7 +24,7 @@ from engine.errors import InvalidData
 TOKEN_VARIABLE: Final = "TENSATLAS_TOKEN"
 """Environment variable with a token, which unlike a flag no list of processes shows."""
 MIN_TOKEN: Final = 16
-"""Characters of the shortest token."""
+"""Length of the shortest token, in characters."""
 _PORTS: Final = {"http": 80, "https": 443}
 
 
@@ -34,7 +34,7 @@ class Refusal:
 
     Attributes:
         status: of HTTP.
-        reason: for the person who reads it.
+        reason: one line for the user.
     """
 
     status: http.HTTPStatus
@@ -59,7 +59,7 @@ class Access:
     """The rules of one server.
 
     Attributes:
-        token: without which nothing is answered; None for a server that only its own machine reaches.
+        token: that every request must carry; None for a server that only its own machine reaches.
         origins: (scheme, host, port) of pages that may come from elsewhere: a reverse proxy's.
     """
 
@@ -133,7 +133,7 @@ def access_to(host: str, token: str | None, origins: Sequence[str]) -> Access:
         origins: that the user allowed, such as ``https://atlas.example.org``.
 
     Raises:
-        InvalidData: the token is too short or an origin is none.
+        InvalidData: the token is too short or an origin is invalid.
     """
     token = token if token is not None else os.environ.get(TOKEN_VARIABLE)
     if token is None and not is_loopback(host):
@@ -157,7 +157,7 @@ def parse_origin(text: str) -> tuple[str, str, int]:
     """Return the scheme, the host and the port of an origin.
 
     Raises:
-        InvalidData: it is none.
+        InvalidData: it is not an origin.
     """
     try:
         parts = urllib.parse.urlsplit(text)

@@ -1,4 +1,4 @@
-"""What one browser's user sets off: one thing at a time, and a notice when something goes wrong."""
+"""The actions of one browser's user: one at a time, and a notice when one fails."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Actions:
                     return
                 try:
                     action(*args, **kwargs)
-                except Cancelled:  # nobody waits for it, nor for a word about it
+                except Cancelled:  # the user no longer wants the result, nor a notice
                     return
                 except TensAtlasError as e:
                     self.notify("That did not work", str(e))

@@ -1,4 +1,4 @@
-"""What the lines below the fields of a dataclass say, for hints in a form; tyro reads the same for flags."""
+"""The docstrings of a dataclass's fields, as hints in a form; tyro shows the same for flags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes one file at a time for one browser, on a thread of its own, with progress and cancelling."""
+"""Makes one file at a time for one browser, in a separate thread, with progress and cancelling."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from engine.errors import Cancelled, InvalidData
 MadeFile = tuple[str, bytes]
 """Name and content."""
 ProgressCallback = Callable[[str, int, int], None]
-"""Told what is being done, and how much of how much of it; what it raises ends the work."""
+"""Receives what is being done and how much of how much is done; what it raises ends the work."""
 
 
 class FileMaker:
@@ -41,7 +41,7 @@ class FileMaker:
         """Make a file, unless another is being made.
 
         Args:
-            what: is being made, for people.
+            what: name of the file, as shown.
             make: returns the file; calls what it is given to say how far it is.
 
         Raises:

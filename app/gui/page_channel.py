@@ -32,7 +32,7 @@ SCRIPT: Final = page_file("page_channel.js", __package__)
 
 
 def add_channel(gui: viser.GuiApi, label: str) -> viser.GuiTextHandle:
-    """Add a text field that nobody sees, and the functions with which scripts of the page fill it."""
+    """Add an invisible text field, and the functions with which scripts of the page fill it."""
     channel = gui.add_text(label, "", hint="Between the page and the app; not for people")
     # visible=False would take it out of the page
     gui.add_html(f"<style>{selector(channel)}{{display:none}}</style>{run_script(SCRIPT)}")

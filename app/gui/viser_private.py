@@ -66,7 +66,7 @@ _starting = threading.Lock()
 
 
 def start_server(host: str, port: int, access: Access) -> viser.ViserServer:
-    """Start a viser server that answers nobody whom the rules refuse."""
+    """Start a viser server that answers only requests that the rules admit."""
     with _starting, _asking_first(access):
         server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
     handlers = server._websock_server
@@ -125,7 +125,7 @@ def selector(widget: Any) -> str:
 
 
 def inputs_of(gui: viser.GuiApi) -> list[Any]:
-    """Return every control of a browser; a progress bar, which viser counts among them, is none."""
+    """Return every control of a browser; progress bars, which viser counts among them, are left out."""
     found = gui._gui_input_handle_from_uuid.values()
     return [handle for handle in found if not isinstance(handle, GuiProgressBarHandle)]
 
@@ -150,8 +150,8 @@ class Gate:
     """Drops what a browser must not send to its widgets.
 
     A disabled widget takes nothing. A value must be of its widget's kind, finite, within the slider or among
-    the options. A number's limits are left to those who read it: whoever types 12 passes by 1. Files come
-    only through an upload button that was opened for them, one at a time, and none is larger than it said.
+    the options. A number's limits are left to its reader: typing 12 passes through 1. Files come only through
+    an upload button that was opened for them, one at a time, and none is larger than it said.
 
     Args:
         client: the browser, before it has any widgets.

@@ -26,8 +26,8 @@ class ComparePanel:
 
     Args:
         client: the browser.
-        panel: that gets the tab.
-        facts: what is known of a run on offer.
+        panel: gets the tab.
+        facts: returns what is known of a run on offer.
         actions: of the browser.
     """
 
@@ -105,7 +105,7 @@ class ComparePanel:
         self._in_background(lambda: self._compare(paths, at))()
 
     def _in_background(self, action: Callable[[], None]) -> Callable[[], None]:
-        """Return an action that runs in a thread of its own, unless another does already."""
+        """Return an action that runs in a separate thread, unless another does already."""
 
         def work() -> None:
             try:
@@ -149,7 +149,7 @@ class ComparePanel:
 
 
 class RunChoice:
-    """Which of the runs on offer are to be compared.
+    """The choice of the runs to compare.
 
     They are those of one task until the user chooses otherwise; looking at a run of another task starts over.
     """
@@ -188,7 +188,7 @@ class RunChoice:
 
 
 def equal_cost(runs: Sequence[RunFacts]) -> int | None:
-    """Return the evaluations that all runs have that have any, None if none has."""
+    """Return the number of evaluations that every run with any has reached, None if no run has any."""
     return min((f.n_evaluations for f in runs if f.n_evaluations), default=None)
 
 

@@ -1,8 +1,8 @@
-"""Runs started from the app: each is a process of its own that outlives the browser and the app.
+"""Runs started from the app: each is a separate process, which outlives the browser and the app.
 
-To pause is to stop: the process saves what is finished and ends, and ``resume`` goes on as if it had never
+To pause is to stop: the process saves what is finished and ends, and ``resume`` continues as if it had never
 stopped, to the last bit. A process that is only held (``SIGSTOP``) would keep its memory, would be lost with
-the machine, and would look live to everybody. A marker beside the run says that its user paused it.
+the machine, and would look live. A marker beside the run says that its user paused it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class NewRun:
-    """What a user asks for.
+    """The run that a user asks for.
 
     Attributes:
         name: of the run.
@@ -108,7 +108,7 @@ def flags(new: NewRun) -> list[str]:
 
 
 def resume(path: Path, *, workers: int) -> Path:
-    """Go on with an interrupted run in a process of its own.
+    """Resume an interrupted run in a separate process.
 
     Raises:
         RunFileError: it did not start.
@@ -145,7 +145,7 @@ def stop(path: Path) -> None:
 
 
 def pause(path: Path) -> None:
-    """Stop a run with the intention to go on later.
+    """Stop a run that is to be resumed later.
 
     Raises:
         RunFileError: no process is writing the run.
@@ -160,7 +160,7 @@ def paused_path(path: Path) -> Path:
 
 
 def log_path(path: Path) -> Path:
-    """Return where a run that the app started says how it goes."""
+    """Return the path of the log of a run that the app started."""
     return path.with_suffix(".log")
 
 
@@ -201,7 +201,7 @@ def _differing(values: Mapping[str, Any], base: Mapping[str, Any], prefix: str =
 
 
 def _launch(path: Path, arguments: list[str]) -> Path:
-    """Start a process that writes a run; its log goes on beside it.
+    """Start a process that writes a run; its output is added to the log beside it.
 
     Raises:
         RunFileError: it ended, or did not begin to write in time.

@@ -17,7 +17,7 @@ from viz.runs.run_list import RunFacts, State
 log = logging.getLogger(__name__)
 
 POLL_INTERVAL = 0.25
-"""Seconds between two looks at the shown runs."""
+"""Seconds between two checks of the shown runs."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parents[2] / "saved_archives"
 NEW_RUNS = Path("runs")
 UPLOADS = NEW_RUNS / "uploads"
@@ -28,7 +28,7 @@ PAUSED_SUFFIX = ".paused"
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class RunStatus:
-    """How far a run is: what a watcher compares.
+    """The progress of a run, which a watcher compares.
 
     Attributes:
         generation: number of the last closed one.
@@ -47,7 +47,7 @@ Listener = Callable[[Path, RunStatus], None]
 
 
 def run_state(path: Path, *, live: bool, complete: bool) -> State:
-    """Return what is said of a run: whether somebody works on it, and if not, why."""
+    """Return the state of a run in words: whether a process writes it, and if not, why."""
     if live:
         return "live"
     if complete:
@@ -56,7 +56,7 @@ def run_state(path: Path, *, live: bool, complete: bool) -> State:
 
 
 class Library:
-    """Finds runs, keeps their readers, tells listeners when a watched run moves on.
+    """Finds runs, keeps their readers, tells listeners when a watched run advances.
 
     Args:
         places: run files and folders to offer; empty for the shipped archives and ``runs/``.
@@ -108,7 +108,7 @@ class Library:
 
         Raises:
             RunFileError: it cannot be opened.
-            TaskError: its task may be in a file of the user's that has an error.
+            TaskError: a user's task file, which may hold its task, has an error.
         """
         with self._mutex:
             try:
@@ -124,7 +124,7 @@ class Library:
             return known[1]
 
     def status(self, path: Path) -> RunStatus:
-        """Return how far a run is.
+        """Return the progress of a run.
 
         Raises:
             RunFileError, TaskError: it cannot be read.
@@ -133,7 +133,7 @@ class Library:
         return RunStatus(reader.last_generation(), reader.n_evaluations(), reader.is_live, robust_stamp(path))
 
     def facts(self, path: Path) -> RunFacts:
-        """Return what a list of runs says of one: as of its last generation, which costs little to read."""
+        """Return a run's line in a list of runs, as of its last generation, which costs little to read."""
         try:
             reader = self.reader(path)
             last, live = reader.last_closed(), reader.is_live
@@ -151,7 +151,7 @@ class Library:
         )
 
     def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:
-        """Call a listener whenever a run moves on from what is shown; a key has one watch at a time."""
+        """Call a listener whenever a run advances beyond what is shown; a key has one watch at a time."""
         with self._mutex:
             self._listeners[key] = (path, listener, shown)
 

@@ -1,4 +1,4 @@
-"""The form of a new run: every field of the configuration, with what its own code says of it."""
+"""The form of a new run: every field of the configuration, with its docstring as a hint."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class RunForm:
             self.start = gui.add_button(
                 "Start",
                 icon=viser.Icon.PLAYER_PLAY,
-                hint="Evolve in a process of its own, which outlives the browser and the app",
+                hint="Evolve in a separate process, which outlives the browser and the app",
             )
         self.start.on_click(ignoring_event(start))
         self._preset.on_update(lambda event: self._fill(event) if event.client is not None else None)
@@ -106,7 +106,7 @@ class RunForm:
         """Return the run that the form holds.
 
         Raises:
-            FieldError: a field holds what it must not.
+            FieldError: a field holds an invalid value.
         """
         try:
             check_name(str(self._name.value))
@@ -123,7 +123,7 @@ class RunForm:
                 raise FieldError(f"{field.label}: {e}", field) from None
         base = preset(str(self._preset.value))
         initial = base.map_search.initial
-        if data["initial"] == initial:  # who asks for few evaluations does not think of it
+        if data["initial"] == initial:  # for few evaluations the preset's value is too large
             data["initial"] = min(initial, data["evaluations"])
         try:
             config = from_json(data)
@@ -205,7 +205,7 @@ def _own_fields(config: RunConfig) -> Iterator[tuple[Any, str]]:
 
 
 class FieldError(InvalidData):
-    """A form holds what it must not.
+    """A field of the form holds an invalid value.
 
     Args:
         message: for the user.

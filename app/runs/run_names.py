@@ -1,4 +1,4 @@
-"""What runs are called: short names that tell those on offer apart, in lists and in addresses."""
+"""Short names of runs, which tell those on offer apart in lists and in addresses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
-    """Return short, distinct labels for run files: as many folders of the path as it takes."""
+    """Return short, distinct labels for run files: with as many folders of the path as needed."""
     labels: dict[str, Path] = {}
     for path in paths:
         parts = path.with_suffix("").parts
@@ -25,7 +25,7 @@ def run_name(path: Path, paths: Sequence[Path]) -> str | None:
 
 
 def find_run(name: str, paths: Sequence[Path]) -> Path | None:
-    """Return the run on offer that a name means, None if it means none; names are never used as paths."""
+    """Return the run on offer that a name stands for, or None; names are never used as paths."""
     labels = label_paths(paths)
     if name in labels:
         return labels[name]

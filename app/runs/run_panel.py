@@ -1,4 +1,4 @@
-"""Run control of one browser, below the robot: how the shown run fares, and new runs."""
+"""Run control of one browser, below the robot: the progress of the shown run, and new runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from engine.storage.schema import failures_folder
 from viz.runs import run_progress
 
 RECENT: Final = 5
-"""Generations, or looks at the run, that its speed is taken from."""
+"""Generations, or checks of the run, over which its speed is measured."""
 LAST_WORDS_DELAY: Final = 1.5
 """Seconds within which a process that has let go of its run writes the last line of its log."""
 MAX_DUMPS: Final = 20
@@ -33,7 +33,7 @@ MAX_DUMPS: Final = 20
 
 
 class RunPanel:
-    """Starts, pauses, resumes and stops runs, and says how the shown one fares.
+    """Starts, pauses, resumes and stops runs, and shows the progress of one.
 
     Args:
         client: the browser; the folders go into its main panel.
@@ -73,21 +73,21 @@ class RunPanel:
                 "Pause",
                 icon=viser.Icon.PLAYER_PAUSE,
                 visible=False,
-                hint="Save what is finished and end the process; Resume goes on exactly there, even after"
+                hint="Save what is finished and end the process; Resume continues exactly there, even after"
                 " the machine was switched off",
             )
             self._resume = gui.add_button(
                 "Resume",
                 icon=viser.Icon.PLAYER_TRACK_NEXT,
                 visible=False,
-                hint="Go on with this run, exactly as if it had never stopped",
+                hint="Resume this run, exactly as if it had never stopped",
             )
             self._stop = gui.add_button(
                 "Stop",
                 icon=viser.Icon.PLAYER_STOP,
                 color="gray",
                 visible=False,
-                hint="Save what is finished and be done with this run",
+                hint="Save what is finished and end this run",
             )
         if read_only:
             return
@@ -103,7 +103,7 @@ class RunPanel:
     def show_run(
         self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool
     ) -> None:
-        """Show how far a run is and what can be done with it.
+        """Show the progress of a run and what can be done with it.
 
         Args:
             path: of its file.
@@ -145,13 +145,13 @@ class RunPanel:
             self._form.start.disabled = False
         with self._actions.mutex:
             self._show(path)
-        self._actions.notify("Started", f"{path.name} evolves in a process of its own.")
+        self._actions.notify("Started", f"{path.name} evolves in a separate process.")
 
     def pause_run(self) -> None:
         """Pause the shown run."""
         path = self._path()
         launcher.pause(path)
-        self._actions.notify("Pausing", f"{path.name} saves what is finished. Resume goes on there.")
+        self._actions.notify("Pausing", f"{path.name} saves what is finished. Resume continues there.")
 
     def stop_run(self) -> None:
         """Stop the shown run."""
@@ -160,7 +160,7 @@ class RunPanel:
         self._actions.notify("Stopping", f"{path.name} saves what is finished and stops.")
 
     def resume_run(self) -> None:
-        """Go on with the shown run."""
+        """Resume the shown run."""
         self._resume.disabled = True
         try:
             launcher.resume(self._path(), workers=os.cpu_count() or 1)
@@ -193,9 +193,9 @@ class RunPanel:
 
 
 def _speed(generations: Sequence[Generation], seen: Sequence[tuple[float, int]]) -> float | None:
-    """Return evaluations per second, None while there is nothing to tell it from.
+    """Return evaluations per second, None while they are unknown.
 
-    It is that of the last generations; in the first one that of what was seen of it.
+    The speed is measured over the last generations, in the first one over what was seen of it.
     """
     if len(generations) > 1:
         first, last = generations[max(-len(generations), -RECENT)], generations[-1]

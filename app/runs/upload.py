@@ -25,7 +25,7 @@ from engine.storage.schema import SUFFIX, TABLES
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""
 MAX_FILES: Final = 20
-"""Files that are kept; who wants more deletes some."""
+"""Largest number of files that are kept."""
 _KNOWN: Final = set(re.findall(r"CREATE TABLE (\w+)", TABLES))
 _unsafe = re.compile(r"[^A-Za-z0-9_-]+")
 _one_at_a_time = threading.Lock()

@@ -35,16 +35,16 @@ EVERY_ADDRESS = ("0.0.0.0", "::", "")
 
 
 class ServerError(TensAtlasError):
-    """The app cannot listen where it was asked to."""
+    """The app cannot listen on the given address."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Listening:
-    """Where a server listens and to whom.
+    """Where a server listens, and whom it answers.
 
     Attributes:
         host, port: address to listen on.
-        token: without which nobody is answered; None for none on this machine and a new one elsewhere.
+        token: that every request must carry; None for no token on this machine, and a new one elsewhere.
         origins: of pages that a reverse proxy shows the app under.
         open_browser: show the app in the user's browser if there is a screen.
     """
@@ -70,7 +70,7 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
 
     Args:
         places: run files and folders to offer; empty for the default ones.
-        listening: where and to whom.
+        listening: where, and whom to answer.
         read_only: let visitors look at the runs only.
 
     Raises:
@@ -86,7 +86,7 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
     with serve(
         places, host=listening.host, port=listening.port, access=access, read_only=read_only
     ) as server:
-        gc.freeze()  # what has been imported stays: no collection of garbage need walk it again
+        gc.freeze()  # imported modules stay: garbage collection need not look at them again
         announce(server, listening, access)
         wait_for_interrupt()
 
@@ -96,7 +96,7 @@ def replay_dump(path: Path, listening: Listening) -> None:
 
     Args:
         path: the dump.
-        listening: where and to whom.
+        listening: where, and whom to answer.
 
     Raises:
         DumpError: the file cannot be read as a dump.
@@ -124,8 +124,8 @@ def announce(server: viser.ViserServer, listening: Listening, access: Access) ->
             elsewhere = page_address(socket.gethostname(), port, access.token)
             print(f"From other machines: {elsewhere}", flush=True)
         print(
-            "Whoever has this address can use it, and it is not encrypted; docs/serving.md says more."
-            f" A token of your own: --token, or {TOKEN_VARIABLE}",
+            "Anyone with this address can use it, and it is not encrypted; docs/serving.md says more."
+            f" To set your own token: --token, or {TOKEN_VARIABLE}",
             flush=True,
         )
     if listening.open_browser and has_screen():
@@ -199,7 +199,7 @@ def serve_sessions(
     port: int,
     access: Access | None = None,
 ) -> Iterator[viser.ViserServer]:
-    """Run a server within a ``with`` block, with a session of its own for every browser.
+    """Run a server within a ``with`` block, with a separate session for every browser.
 
     Args:
         start: returns the session of a browser, which has a gate that checks what it sends.

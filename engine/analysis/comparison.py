@@ -1,6 +1,7 @@
-"""Runs side by side: grouped by task and algorithm, described, tested, with everything that makes the
-comparison less than fair said in a sentence.
-"""  # noqa: D205
+"""Runs side by side: grouped by task and algorithm, described and tested.
+
+A note, one sentence, names everything that makes the comparison less than fair.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from engine.errors import InvalidData
 from engine.storage.schema import SUFFIX
 
 ReadingObserver = Callable[[Path, int, int], None]
-"""Told which run is read, and how many of how many are done."""
+"""Receives the run that is read, how many are done, and how many there are."""
 
 TESTED: Final = ("best", "qd_score")
 """Measures that algorithms are tested on, as in the paper."""
@@ -29,7 +30,7 @@ class Group:
     """The runs of one algorithm on one task.
 
     Attributes:
-        name: for people.
+        name: as shown.
         algorithm: name of the algorithm; empty for a variant that the paper says nothing of.
         runs: at least one.
     """
@@ -39,7 +40,7 @@ class Group:
     runs: tuple[RunResult, ...]
 
     def values(self, measure: str) -> list[float]:
-        """Return a measure of each run; one without it is left out."""
+        """Return a measure of each run; runs without it are left out."""
         return [v for r in self.runs if (v := r.measure(measure)) is not None]
 
     def statistics(self, measure: str) -> Statistics | None:
@@ -102,7 +103,7 @@ class Comparison:
 
     Attributes:
         tasks: each on its own.
-        labels: a short name of each run, by path.
+        labels: a short name for each run, by path.
         notes: sentences on what makes the comparison less than fair, and on what was left out.
         at: evaluations that runs were cut at, or None.
     """
@@ -201,13 +202,13 @@ def _labels(paths: list[Path]) -> dict[Path, str]:
 
 
 def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> list[str]:
-    """Return a sentence on everything in which the runs of a task differ that they should share."""
+    """Return a sentence for each property that the runs of a task should share but do not."""
     runs, notes = task.runs, []
     reached = sorted({r.n_evaluations for r in runs})
     if len(reached) > 1:
         notes.append(
-            f"Runs of {task.task} have {reached[0]:,} to {reached[-1]:,} evaluations: tables and tests are"
-            f" of their ends. To compare them at equal cost: --at {reached[0]}, in the explorer Equal cost."
+            f"Runs of {task.task} have {reached[0]:,} to {reached[-1]:,} evaluations: tables and tests"
+            f" use their last. To compare them at equal cost: --at {reached[0]}, in the explorer Equal cost."
         )
     for r in runs:
         if not r.finished and at is None:
@@ -217,7 +218,7 @@ def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> 
             )
         if r.projected_from is not None:
             notes.append(
-                f"{labels[r.path]} is a projection of {r.projected_from}, no run of its own: compared"
+                f"{labels[r.path]} is a projection of {r.projected_from}, not an independent run: compared"
                 " beside that run it counts twice."
             )
         if r.no_grid is not None:
@@ -246,7 +247,7 @@ def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> 
         if twice := sorted({s for s in seeds if seeds.count(s) > 1}):
             notes.append(
                 f"Runs of {group.name} on {task.task} share the seed {', '.join(map(str, twice))}: they are"
-                " no independent repetitions."
+                " not independent repetitions."
             )
     if len({g.map_shape for g in task.groups}) > 1:
         notes.append(

@@ -28,7 +28,7 @@ CONTROLLER: Final = "controller"
 GRID: Final = "grid"
 
 CountObserver = Callable[[int, int], None]
-"""Is told how many of how many robots are done."""
+"""Receives how many robots are done, and how many there are."""
 
 Elite = tuple[float, int]
 """Fitness in m and number of an evaluation; the smaller pair is the better elite."""
@@ -36,7 +36,7 @@ Elite = tuple[float, int]
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EliteMap:
-    """What an archive, or a projection of one, holds.
+    """The elites of an archive, or of a projection of one.
 
     Attributes:
         axes: what the cells mean.

@@ -30,7 +30,7 @@ def elite_table(reader: RunReader, archive: str | None = None) -> Table:
 
     Args:
         reader: of the run.
-        archive: the only one to take; None for all.
+        archive: the only archive to take; None for all.
 
     Raises:
         RunFileError: there is no finished generation or no such archive, or the file is damaged.
@@ -78,7 +78,7 @@ def _measures(
     descriptor: TrajectoryDescriptor | None,
     sensory: str,
 ) -> list[float]:
-    """Return where an elite lies along an archive's axes.
+    """Return an elite's values along an archive's axes.
 
     An elite without a trajectory, and one that is placed at the edge of a map because it lies outside,
     is put at the centre of its cell.

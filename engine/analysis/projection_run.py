@@ -1,4 +1,4 @@
-"""A projection written as a run file of its own, which every command opens like any other run."""
+"""A projection written as a new run file, which every command opens like any other."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ UP: Final = "the two 2-D archives as one 4-D map"
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class ProjectionReport:
-    """What projecting a run has given.
+    """The result of projecting a run.
 
     Attributes:
         kind: ``DOWN`` or ``UP``.
@@ -172,7 +172,7 @@ def resimulate_missing(
     """Evaluate the elites that lack a trajectory again, with the run's own physics and seeds.
 
     Raises:
-        RunFileError: such a simulation fails here, so that there is no trajectory to be had.
+        RunFileError: such a simulation fails here, so that it has no trajectory.
     """
     missing = [e.solution for _, e in sorted(elites.items()) if not e.trajectory.size]
     found: dict[int, Evaluation] = {}
@@ -193,7 +193,7 @@ def resimulate_missing(
 
 @contextlib.contextmanager
 def _new_run(reader: RunReader, out: Path, kind: str) -> Iterator[RunWriter]:
-    """Write a new run file, which goes again if anything fails: half a projection is none."""
+    """Write a new run file, and delete it if anything fails: half a projection is useless."""
     meta = {"kind": kind, "source": reader.path.name, "created_at": reader.created_at}
     # if this fails, whatever lies there is not ours
     writer = RunWriter.create(out, reader.config, reader.versions, meta)
@@ -217,7 +217,7 @@ def _copy(
     before: int,
     completed: Mapping[int, Evaluation] | None = None,
 ) -> None:
-    """Copy a generation's evaluations, which are numbered on from those before it."""
+    """Copy a generation's evaluations; their numbers follow those of the generations before."""
     found = reader.evaluations(set(range(before, generation.n_evaluations)))
     found |= {n: e for n, e in (completed or {}).items() if n in found}
     writer.add_evaluations(generation.number, [found[n] for n in sorted(found)])
@@ -238,7 +238,7 @@ def _fitness(reader: RunReader, e: Evaluation) -> float:
 
 
 def _saved_state(reader: RunReader) -> dict[str, Any]:
-    """Return what of the source's state a projection needs to be projected back: the PCA."""
+    """Return the part of the source's state that projecting back needs: the PCA."""
     state = reader.algorithm_state()
     with reader.guard():
         return {"descriptor": None if state is None else state.get("descriptor")}

@@ -20,17 +20,17 @@ def _tables() -> dict[str, Any]:
 
 
 def n_runs() -> int:
-    """Return how many runs every published figure is of."""
+    """Return the number of runs behind every published figure."""
     return int(_tables()["runs"])
 
 
 def n_evaluations() -> int:
-    """Return how many evaluations every published run had."""
+    """Return the number of evaluations of every published run."""
     return int(_tables()["evaluations"])
 
 
 def statistics(measure: str, task: str, algorithm: str) -> dict[str, float] | None:
-    """Return what the paper says of a measure over its runs, or None if it says nothing.
+    """Return the paper's statistics of a measure over its runs, or None if it gives none.
 
     Args:
         measure: ``best`` (f_s in cm), ``qd_score`` (of the morphology archive, in cm) or ``hours``.

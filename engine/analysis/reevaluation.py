@@ -1,4 +1,4 @@
-"""Evaluating a run's elites again under fresh noise, in as many sittings as it takes."""
+"""Evaluates a run's elites again under fresh noise; an interrupted call can be continued."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from engine.tasks import get_task, task_version
 from engine.workers.evaluator import create_evaluator
 
 _SAVE_INTERVAL: Final = 5.0
-"""Seconds of work that being killed costs at most, besides the group under way."""
+"""Most seconds of work that a killed process loses, besides the group under way."""
 _DECISIVE: Final = ("mujoco", "numpy", "tensatlas", "machine", "physics")
-"""Versions under which results are made; those of different ones are not mixed. A task's file is one more."""
+"""Versions that decide results; results of different versions are not mixed. A task's file is one more."""
 
 
 def reevaluate(
@@ -44,13 +44,13 @@ def reevaluate(
 ) -> tuple[Robustness, list[MapRobustness]]:
     """Evaluate a run's elites again under fresh noise, and keep the results beside the run.
 
-    What the file beside the run already has is not simulated again. The results are saved as they
-    come, so that an interrupted call is gone on with by the next one, to the same file.
+    What the file beside the run already has is not simulated again. The results are saved as they come, and
+    the next call with the same file continues an interrupted one.
 
     Args:
         run: run file.
         repeats: evaluations of each elite, all targets and the run's repeats each.
-        archive: the only archive whose elites to take; None for all.
+        archive: the only archive whose elites are evaluated; None for all.
         n_threads: threads inside MuJoCo; the result does not depend on it.
         observer: told about progress.
 
@@ -116,7 +116,7 @@ def reevaluate(
 
 @contextlib.contextmanager
 def _alone(path: Path) -> Iterator[Path]:
-    """Keep others from writing a file for a ``with`` block: each would save over the other's results."""
+    """Lock a file for a ``with`` block: two writers would overwrite each other's results."""
     try:
         lock = RunLock.acquire(path)
     except OSError as e:

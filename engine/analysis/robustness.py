@@ -30,7 +30,7 @@ SUFFIX: Final = ".robust.json"
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Robustness:
-    """What evaluating elites again has shown so far.
+    """The results, so far, of evaluating elites again.
 
     Attributes:
         created_at: when the run was made, which with the recorded fitnesses identifies it.
@@ -75,7 +75,7 @@ class Robustness:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class MapRobustness:
-    """A map as the run has it and as its elites do again; lengths in m, of f_s.
+    """A map's recorded figures and those of its elites under fresh noise; lengths in m, of f_s.
 
     Attributes:
         archive: its name.
@@ -83,7 +83,7 @@ class MapRobustness:
         n_known: of them evaluated again with at least one repeat that did not fail. The other figures
             but the counts are of these alone.
         n_failed: repeats of the map's elites that failed.
-        best: largest recorded f_s, and what that elite does again in the mean.
+        best: largest recorded f_s, and that elite's mean f_s under fresh noise.
         best_again: largest mean f_s of an elite under fresh noise.
         mean, mean_again: of the elites' f_s.
         luck, luck_deviation: mean and standard deviation over elites of recorded less fresh f_s.
@@ -108,12 +108,12 @@ class MapRobustness:
 
 
 def robust_path(run: Path) -> Path:
-    """Return the file beside a run file that holds what evaluating its elites again has shown."""
+    """Return the path of the file beside a run file that holds the results of its elites."""
     return run.with_name(run.stem + SUFFIX)
 
 
 def robust_stamp(run: Path) -> tuple[int, int] | None:
-    """Return what changes with the file beside a run file: its time in ns and its size; None without one."""
+    """Return time in ns and size of the results' file, which show when it changes; None without one."""
     try:
         found = robust_path(run).stat()
     except OSError:
@@ -122,7 +122,7 @@ def robust_stamp(run: Path) -> tuple[int, int] | None:
 
 
 def load_robust(path: Path) -> Robustness:
-    """Read what evaluating a run's elites again has shown.
+    """Read the results of evaluating a run's elites again.
 
     Raises:
         InvalidData: the file is missing, damaged, of something else or of a newer version.
@@ -161,7 +161,7 @@ def load_robust(path: Path) -> Robustness:
 
 
 def load_robust_of(reader: RunReader) -> Robustness | None:
-    """Return what is known beside a run file, or None if there is nothing.
+    """Return the results that lie beside a run file, or None if there are none.
 
     Raises:
         InvalidData: the file is damaged or of another run.
@@ -196,7 +196,7 @@ def map_robustness(
     Args:
         archive: name of the map.
         shown: the map.
-        robust: what its elites did again.
+        robust: the results of its elites.
         initial_distance: d_init of f_s, in m.
     """
     known = [(f, n) for f, n in shown.elites.values() if robust.mean(n) is not None]
@@ -223,7 +223,7 @@ def map_robustness(
 
 
 def save_robust(robust: Robustness, path: Path) -> None:
-    """Write results in one step, so that nobody ever reads half of them.
+    """Write results in one step, so that no reader sees half of them.
 
     Raises:
         RunFileError: the file cannot be written.

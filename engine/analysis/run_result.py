@@ -69,7 +69,7 @@ class RunResult:
 
     @property
     def variant(self) -> str:
-        """The algorithm for people, with what makes it another one than the published."""
+        """The algorithm's name, with whatever differs from the published one."""
         name = ALGORITHM_NAMES.get(self.config.algorithm, self.config.algorithm)
         if self.config.map_search.cell_capacity > 1:
             name += " deep grid"
@@ -84,7 +84,7 @@ class RunResult:
 
     @property
     def n_evaluations(self) -> int:
-        """Evaluations that its figures are of."""
+        """Number of evaluations that its figures cover."""
         return self.points[-1].n_evaluations
 
     @property
@@ -93,9 +93,14 @@ class RunResult:
         return self.n_evaluations >= self.config.evaluations
 
     def measure(self, name: str) -> float | None:
-        """Return a figure of the end of the run: ``best`` or ``qd_score`` in cm, ``coverage`` in %,
-        ``evaluations``, ``hours``; None for the best of an empty map.
-        """  # noqa: D205
+        """Return a figure of the end of the run; None for the best of an empty map.
+
+        Args:
+            name: ``best`` or ``qd_score`` (in cm), ``coverage`` (in %), ``evaluations`` or ``hours``.
+
+        Raises:
+            KeyError: there is no such figure.
+        """
         last = self.points[-1]
         match name:
             case "best":
@@ -154,7 +159,7 @@ def load_result(path: Path, at: int | None = None) -> RunResult:
 def _with_grid(
     reader: RunReader, last: Generation, maps: dict[str, EliteMap]
 ) -> tuple[dict[str, EliteMap], str | None]:
-    """Return the maps with the 4-D one of two 2-D archives, or why it cannot be had."""
+    """Return the maps, with the 4-D map of two 2-D archives or the reason why there is none."""
     elites = double_elites(reader, last)
     try:
         return maps | {GRID: lift(reader, last, elites).map}, None

@@ -13,7 +13,7 @@ from scipy import stats
 ALPHA: Final = 0.05
 """Level of significance, as in the paper."""
 MAX_TREND_POINTS: Final = 400
-"""Points that a trend is drawn with at most."""
+"""Largest number of points of a drawn trend."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -142,8 +142,8 @@ class Trend:
 def trend(runs: Sequence[tuple[Sequence[int], Sequence[float]]]) -> Trend:
     """Return the mean and the spread of steps that last until the next one.
 
-    Only the span of evaluations that all runs cover counts: a mean over other runs in every part of
-    the figure would rise and fall for no reason of the algorithms'.
+    Only the span of evaluations that all runs cover counts: a mean over changing sets of runs would rise and
+    fall for reasons that are not the algorithm's.
 
     Args:
         runs: of each run the numbers of evaluations, ascending, and the values reached by then.

@@ -1,4 +1,4 @@
-"""An evaluation simulated again, with its own physics and with another.
+"""Simulates an evaluation again, with its run's physics and with another.
 
 A sample is a whole evaluation: every target, as many repeats as in the run, its head found anew. Sample
 0 has the recorded noise; the others have noise that the run never used.
@@ -15,10 +15,10 @@ import numpy as np
 
 from engine.config import RunConfig
 from engine.errors import InvalidData
-from engine.simulation.batch import SimulationBatch
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.model import RobotModel, build_robot
-from engine.simulation.physics import Physics, check_timestep, with_inertia
+from engine.simulation.physics import Physics, Simulator, check_timestep, with_inertia
 from engine.simulation.trials import fresh_number
 from engine.tasks import get_task
 
@@ -97,14 +97,19 @@ class Verification:
 
 
 def changed_physics(
-    physics: Physics, *, inertia_scale: float | None = None, timestep_factor: float | None = None
+    physics: Physics,
+    *,
+    inertia_scale: float | None = None,
+    timestep_factor: float | None = None,
+    simulator: Simulator | None = None,
 ) -> Physics:
-    """Return a physics with another inertia, another time step or both.
+    """Return a physics with another inertia, time step or simulator, or several of them.
 
     Args:
         physics: to start from.
         inertia_scale: factor on every inertia; the time step follows it to stay stable.
         timestep_factor: factor on the time step, after that.
+        simulator: another one.
 
     Raises:
         InvalidData: a value is out of range, or the time step is no whole fraction of the control period.
@@ -115,6 +120,8 @@ def changed_physics(
         if not SMALLEST_FACTOR <= timestep_factor < math.inf:
             raise InvalidData(f"timestep factor must be at least {SMALLEST_FACTOR}, not {timestep_factor}")
         physics = dataclasses.replace(physics, timestep=physics.timestep * timestep_factor)
+    if simulator is not None:
+        physics = dataclasses.replace(physics, simulator=simulator)
     return physics
 
 
@@ -191,9 +198,9 @@ def with_noise(solution: Solution, sample: int) -> Solution:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Motion:
-    """What the modules of some simulations did at worst; a module's centre is its rods' mean.
+    """The extreme motions of modules in some simulations; a module's centre is its rods' mean.
 
-    Failed simulations count until they fail; everything is 0 if nothing was seen.
+    Failed simulations count until they fail; everything is 0 if nothing was observed.
 
     Attributes:
         airborne: share of the control updates, 0 to 1, at which no rod touched the ground.
@@ -231,7 +238,7 @@ class MotionRecorder:
         self._half = matrix.reshape(*geoms.shape, 3, 3)[..., 2] * model.geom_size[geoms, 1, None]
         self._radius = model.geom_size[geoms, 0]
         self._period = physics.control_period
-        self._sim: SimulationBatch | None = None
+        self._sim: Simulations | None = None
         self._centres = np.empty(0)
         self._n_airborne = 0
         self._n_seen = 0
@@ -239,7 +246,7 @@ class MotionRecorder:
         self._speed = 0.0
         self._final_speed = 0.0
 
-    def __call__(self, sim: SimulationBatch) -> None:
+    def __call__(self, sim: Simulations) -> None:
         """Look at every simulation of a batch that has not failed."""
         alive = np.array([f is None for f in sim.failures])
         pose = sim.qpos.reshape(len(alive), sim.n_modules, -1, 7)
@@ -256,7 +263,7 @@ class MotionRecorder:
         self._sim, self._centres = sim, centres
 
     def motion(self) -> Motion:
-        """Return what was seen so far."""
+        """Return what was observed so far."""
         return Motion(
             airborne=self._n_airborne / max(1, self._n_seen),
             height=self._height,
@@ -271,7 +278,7 @@ class MotionRecorder:
             pose: (n, modules, 6, 7) positions and quaternions of the rods.
         """
         w, x, y, z = np.moveaxis(pose[..., 3:], -1, 0)
-        # what turns a point of a rod's frame into its height above the rod's middle
+        # the row that turns a point of a rod's frame into its height above the rod's middle
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
         middle = pose[..., 2] + (up * self._middle).sum(axis=-1)
         return (middle - np.abs((up * self._half).sum(axis=-1)) - self._radius).min(axis=(1, 2))

@@ -16,9 +16,9 @@ _INTERNAL: Final = [
     for rod, point in zip((t.SERVO_ROD, t.rod_of(n)), t.servo_anchors(n), strict=True)
 ]
 END_RODS: Final = np.array([rod for rod, _ in (*_PASSIVE, *_INTERNAL)])
-"""(58,) rods that the ends of the cables are on, two of every passive cable, then of every internal one."""
+"""(58,) rod at each cable end: two ends of every passive cable, then of every internal one."""
 END_PLACES: Final = np.array([point - t.ROD_MIDDLES[rod] for rod, point in (*_PASSIVE, *_INTERNAL)])
-"""(58, 3) where they are on those rods, from their middles, in m."""
+"""(58, 3) position of each end, from the middle of its rod, in m."""
 _FIRST_INTERNAL: Final = len(_PASSIVE)
 _MEAN_TARGETS: Final = servo.TARGET_LENGTHS.mean(axis=1)
 
@@ -35,17 +35,17 @@ def internal_lengths(pose: np.ndarray) -> np.ndarray:
 
 
 def passive_tension(lengths: np.ndarray | float, stiffness: np.ndarray) -> np.ndarray:
-    """Return the elastic tension of passive cables in N; a slack one has none.
+    """Return the elastic tension of passive cables in N; 0 in a slack one.
 
     Args:
         lengths: between the anchors, in m.
-        stiffness: of the same shape or one that fits it, relative to the stiffest.
+        stiffness: relative to the stiffest cable; its shape must broadcast to that of the lengths.
     """
     return t.CABLE_STIFFNESS * stiffness * np.clip(lengths - t.CABLE_REST_LENGTH, 0.0, None)
 
 
 def internal_tension(lengths: np.ndarray, commanded: np.ndarray) -> np.ndarray:
-    """Return the tension of internal cables in N, apart from their damping.
+    """Return the tension of internal cables in N, without damping.
 
     Args:
         lengths: in m.
@@ -58,8 +58,8 @@ def internal_tension(lengths: np.ndarray, commanded: np.ndarray) -> np.ndarray:
 def contraction(lengths: np.ndarray) -> np.ndarray:
     """Return how far modules are contracted: 0 with a released servo, 1 with a servo turned all the way.
 
-    It is the mean length of the five internal cables between those of the two commands. Before and after
-    them a module may be longer or shorter, so the values of a robot that moves go a little beyond 0 and 1.
+    The mean length of the five internal cables is compared with that at the two commands. A moving module may
+    be longer or shorter than at either, so its values go a little beyond 0 and 1.
 
     Args:
         lengths: (..., 5) of the internal cables, commanded or actual, in m.
@@ -79,18 +79,18 @@ def rotation_rows(turns: np.ndarray) -> tuple[tuple[np.ndarray, ...], ...]:
 
 
 def points_on(poses: np.ndarray, body: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return where points of bodies are.
+    """Return the positions of points on bodies.
 
     Args:
         poses: (..., bodies, 7) positions in m and quaternions (w, x, y, z) of all bodies.
         body: (points,) which body each point is on.
-        places: (points, 3) where on it, in the body's own frame, in m.
+        places: (points, 3) position of each point in the frame of its body, in m.
 
     Returns:
-        (..., points, 3) in m, of the poses' type.
+        (..., points, 3) in m, with the dtype of the poses.
     """
     out = np.empty((*poses.shape[:-2], *places.shape), dtype=poses.dtype)
-    # there are far fewer bodies than points, so that turning by matrices is cheap
+    # there are far fewer bodies than points, so matrices are cheaper than quaternions
     for k, row in enumerate(rotation_rows(poses[..., 3:])):
         turned = sum(part[..., body] * along for part, along in zip(row, places.T, strict=True))
         out[..., k] = poses[..., body, k] + turned

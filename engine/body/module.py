@@ -1,9 +1,8 @@
 """One tensegrity module: its nodes, rods, cables and faces, and the physical constants.
 
-The module is the six-rod icosahedron of Zardini et al. (GECCO 2021). All figures are SI. They were
-read off the published simulator (Tensoft-G21), whose forces and masses are multiplied by ten so that
-they are those of the real, Earth-gravity robot; ``engine.simulation.physics.Physics`` has the inertia scaling
-that goes with it.
+The module is the six-rod icosahedron of Zardini et al. (GECCO 2021). All figures are SI. They come from the
+published simulator (Tensoft-G21); its forces and masses are multiplied by ten here, to match the real robot
+under Earth's gravity. ``engine.simulation.physics.Physics`` has the inertia scaling that belongs to them.
 """
 
 from __future__ import annotations
@@ -97,10 +96,10 @@ MODULE_SPACING: Final = 0.0375 * np.sqrt(2.0) * np.sqrt(3.0)
 ROD_LENGTH: Final = 0.082
 ROD_RADIUS: Final = 0.0015
 ROD_END_CUT: Final = 0.0009
-"""A rod touches things as a capsule whose axis ends this far short of its nodes, in metres.
+"""In contacts a rod is a capsule, whose axis ends this far short of the nodes, in metres.
 
-The published rods are cylinders. Resting at an angle of 25 to 65 degrees, as a module's rods do, the
-ends of such capsules hold the nodes at the height of a cylinder's edge, within 0.3 mm.
+The published rods are cylinders. At the angles of a resting module's rods, 25 to 65 degrees, such a capsule
+holds its node at the height of a cylinder's edge, within 0.3 mm.
 """
 ROD_MASS: Final = 0.001003
 """Mass of each of the five plain rods, in kg."""
@@ -111,11 +110,11 @@ SERVO_ROD_MASS: Final = 0.020
 SERVO_ROD_CENTRE_OF_MASS: Final = (0.0027, 0.0, 0.0)
 """From the servo rod's middle to its centre of mass, in metres, in the module's frame as built.
 
-Fitted: the published heights of a resting module's centre of mass, in either of the two poses that
-occur, ask for 2.5 to 3 mm towards the arm.
+Fitted: the published heights of a resting module's centre of mass, in either of the two poses that occur,
+imply 2.5 to 3 mm towards the arm.
 """
 ACTUATOR_POINT: Final = NODES[[0, 1]].mean(axis=0) + np.array([0.0179, 0.0, 0.0])
-"""(3,) where the servo's cables leave its arm, in metres, in the module's frame as built."""
+"""(3,) point where the internal cables leave the servo's arm, in metres, in the module's frame as built."""
 ACTUATOR_RADIUS: Final = 0.004
 
 ANCHOR_OFFSET: Final = 0.0015
@@ -131,7 +130,7 @@ CABLE_REST_LENGTH: Final = 0.02067
 SERVO_NODES: Final = (10, 9, 4, 7, 3)
 """The nodes that the servo's five internal cables pull."""
 SERVO_GAIN: Final = 61.3
-"""Rise of an internal cable's tension with its length error, in N/m."""
+"""Tension of an internal cable per length error, in N/m."""
 SERVO_OFFSET: Final = 0.100
 """Tension of an internal cable at its target length, in N."""
 SERVO_MAX_TENSION: Final = 0.654
@@ -152,7 +151,7 @@ def stiffness_n_per_m(relative: float) -> float:
 
 
 def rod_of(node: int) -> int:
-    """Return the index of the rod that a node ends."""
+    """Return the index of the rod that ends at a node."""
     return node // 2
 
 
@@ -160,7 +159,7 @@ def rod_of(node: int) -> int:
 def passive_anchor(node: int, other: int) -> np.ndarray:
     """Return the (3,) anchor of the passive cable node-other at node, in metres, as built.
 
-    The anchor lies on the rod's surface, on the side that faces the other node. Not to be written to.
+    The anchor lies on the rod's surface, on the side that faces the other node. Do not write to it.
     """
     return _on_rod_surface(node, NODES[other])
 
@@ -169,7 +168,7 @@ def passive_anchor(node: int, other: int) -> np.ndarray:
 def servo_anchors(node: int) -> tuple[np.ndarray, np.ndarray]:
     """Return both (3,) anchors of the internal cable to a node, in metres, as built.
 
-    The first lies on the sphere at the actuator point, the second on the node's rod. Not to be written to.
+    The first lies on the sphere at the actuator point, the second on the node's rod. Do not write to them.
     """
     towards = NODES[node] - ACTUATOR_POINT
     on_sphere = ACTUATOR_POINT + ACTUATOR_RADIUS * towards / np.linalg.norm(towards)

@@ -15,10 +15,11 @@ StiffnessMode = Literal["shared", "per-module"]
 N_FACES: Final = 8
 GLOBAL_MUTATION_PROBABILITY: Final = 0.3
 FACE_MUTATION_PROBABILITY: Final = 0.3
-"""0.6 x 1/2 of the published configuration: the other half redrew an open-loop gene we do not have."""
+"""The published configuration has 0.6 x 1/2; its other half redrew an open-loop gene, left out here."""
 LOCAL_MUTATION_PROBABILITY: Final = 0.2
-"""Of a module's face and of its own stiffness, where it has one: 0.6 x 1/3 each of the published code,
-the last third being that open-loop gene's."""
+"""Where each module has its own stiffness: of its face, and again of its stiffness. The published code has
+0.6 x 1/3 for each; the last third redrew the open-loop gene.
+"""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -28,8 +29,8 @@ class Morphology:
     Attributes:
         stiffness_level: 1..10, of all modules; the relative stiffness is a tenth of it. A tuple gives
             every module its own.
-        faces: per module the face, 1..8, that the next module attaches to. The last module keeps its
-            gene as well: that face is the front of the robot when the chain's end is its head.
+        faces: per module the face, 1..8, that the next module attaches to. The last module has this gene too:
+            its face is the front of the robot when the chain's end is its head.
 
     Raises:
         InvalidData: a gene is out of range.
@@ -82,7 +83,7 @@ class Morphology:
 
     @property
     def stiffness_text(self) -> str:
-        """The relative stiffness for people: ``0.3``, or ``0.1 0.5 0.3`` where each module has its own."""
+        """The relative stiffness as text: ``0.3``, or ``0.1 0.5 0.3`` where each module has its own."""
         if self.stiffness_mode == "shared":
             return f"{self.stiffness:.1f}"
         return " ".join(f"{s:.1f}" for s in self.stiffnesses)
@@ -131,9 +132,9 @@ def mutate_morphology(parent: Morphology, rng: random.Random) -> Morphology:
     random place, deleting a random module and redrawing the stiffness; one that would leave the range
     of 2 to 10 modules does nothing. Then every module redraws its face with probability 0.3.
 
-    Where every module has its own stiffness there is no global redraw, and its third of the global
-    mutations does nothing. Instead every module redraws either its face or its stiffness, with
-    probability 0.2 each. So has it the published code; no published configuration uses it.
+    Where every module has its own stiffness there is no global redraw, and its third of the global mutations
+    does nothing. Instead every module redraws either its face or its stiffness, with probability 0.2 each.
+    The published code does the same; no published configuration uses it.
     """
     if isinstance(parent.stiffness_level, tuple):
         return _mutate_per_module(list(parent.stiffness_level), list(parent.faces), rng)
@@ -188,7 +189,7 @@ def _check_int(what: str, value: Any, low: int, high: int) -> None:
 def body_changes(parent: Morphology, child: Morphology) -> list[str]:
     """Return what differs between two bodies, in words; modules count from 1.
 
-    Where a module came in or went, it is the one that leaves the fewest differences in the others.
+    An added or removed module is named such that the fewest differences remain in the others.
     """
     old, new = list(parent.faces), list(child.faces)
     changes = []
@@ -221,10 +222,10 @@ def _differences(a: list[int], b: list[int]) -> int:
 
 
 def with_modules(body: Morphology, n: int) -> Morphology:
-    """Return a body with modules taken from its end, or added there as copies of its last.
+    """Return a body with modules removed from its end, or added there as copies of its last one.
 
     Raises:
-        InvalidData: there cannot be so many modules.
+        InvalidData: the number of modules is out of range.
     """
     if not MIN_MODULES <= n <= MAX_MODULES:
         raise InvalidData(f"modules must be from {MIN_MODULES} to {MAX_MODULES}, not {n}")
@@ -236,7 +237,7 @@ def with_modules(body: Morphology, n: int) -> Morphology:
 
 
 def with_face(body: Morphology, module: int, face: int) -> Morphology:
-    """Return a body of which one module, counted from 0, joins the next one at another face.
+    """Return a body in which one module, counted from 0, joins the next one at another face.
 
     Raises:
         InvalidData: there is no such module or face.
@@ -247,7 +248,7 @@ def with_face(body: Morphology, module: int, face: int) -> Morphology:
 
 
 def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
-    """Return a body of another stiffness level, in all of its modules or in one, counted from 0.
+    """Return a body with another stiffness level, in all modules or in one, counted from 0.
 
     Raises:
         InvalidData: there is no such level or module, or its modules share one stiffness.

@@ -224,7 +224,7 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
 
 @contextlib.contextmanager
 def lend_random(rng: Random) -> Iterator[None]:
-    """Return a context in which Python's global ``random`` draws from a generator; it is put back after."""
+    """Return a context in which Python's global ``random`` draws from a generator; it restores its state."""
     outside = random.getstate()
     random.setstate(rng.getstate())
     try:

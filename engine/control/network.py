@@ -12,8 +12,8 @@ from engine.control.genome import N_OUTPUTS, Controller
 class NetworkBatch:
     """Several networks, padded to one size, evaluated together.
 
-    The sums run in an order that depends on nothing but the network, so a network's outputs are the
-    same bits in any company.
+    The order of summation depends on the network alone, so its outputs are the same bits whichever networks
+    share the batch.
 
     Args:
         controllers: the networks, all with the same number of inputs.
@@ -116,7 +116,7 @@ class Plan:
 
     Args:
         controller: the network.
-        n_outputs: how many of the 20 outputs are wanted; what only others depend on is left out.
+        n_outputs: how many of the 20 outputs are wanted; nodes that only the others depend on are left out.
 
     Attributes:
         hidden: keys of the H hidden nodes that are used, each after all that it depends on.

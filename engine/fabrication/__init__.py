@@ -1,16 +1,16 @@
 """A body as parts, lists and firmware: genes and SI figures go in, tables and files come out.
 
-Whatever the simulation knows comes from the robot's model; whatever it does not know comes from a
-materials file. Every number says which of the two it is (``materials.Source``). The build sheet, which
-shows all this on paper, is ``viz.build_sheet``; the whole folder that a person takes away is put
-together by ``app.downloads.robot_folder``. Read in this order; nothing imports what stands below it:
+What the simulation knows comes from the robot's model, everything else from a materials file. Every number
+says which of the two it is (``materials.Source``). The build sheet, which shows all this on paper, is
+``viz.build_sheet``; ``app.downloads.robot_folder`` puts the whole folder for download together. Read in this
+order; nothing imports what stands below it:
 
 - ``materials/``: what the robot is built from, read from a TOML file or a preset.
-- ``dimensions/``: the figures that it is made by: lengths, sections, tensions, turns, cut lists.
+- ``dimensions/``: the figures to build it by: lengths, sections, tensions, turns, cut lists.
 - ``parts/``: the shapes of its parts, as meshes, drawings and one scene.
 - ``bill_of_materials``: every part with its quantity, size and mass.
 - ``mass_balance``: simulated against built mass, and the ballast that makes up for the difference.
-- ``buildability``: why a robot cannot be made or would not work as asked, and what would.
+- ``buildability``: why a robot cannot be built or would not work, and what would help.
 - ``firmware``: the controller as an Arduino sketch.
 - ``folder``: all files to cut, print and buy from, by name.
 """

@@ -1,6 +1,6 @@
-"""What a robot is made of: every part with its quantity, size and mass, and what the robot weighs in all.
+"""The parts of a robot with quantity, size and mass, and the robot's total mass.
 
-Masses are real ones, in the simulation's total too: there every inertia is scaled, here none is.
+All masses are real. The simulation scales every inertia; its total here is unscaled.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Part:
         diameter: of one part, in m, or None.
         mass: of one part as built, in kg.
         source: where the mass comes from.
-        note: where it goes and what else there is to know.
+        note: where it goes, and remarks.
     """
 
     name: str
@@ -107,7 +107,7 @@ def bill_of_materials(morphology: Morphology, materials: Materials | None = None
 
 
 def _ballast(morphology: Morphology, listed: tuple[Part, ...]) -> float:
-    """Return what each module lacks, in kg; never negative."""
+    """Return the ballast of each module, in kg: what it lacks to its simulated mass, never negative."""
     built = sum(p.quantity * p.mass for p in listed if p.group != "off the robot")
     return max(0.0, (simulated_mass(morphology) - built) / morphology.n_modules)
 

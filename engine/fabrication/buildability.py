@@ -1,4 +1,4 @@
-"""Every reason why a robot cannot be made or would not work as asked, and what would."""
+"""Every reason why a robot cannot be built or would not work, and what would help."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import required_torque
 
 LEAST_GAP: Final = 0.5
-"""Between a servo and the module's other rods, in mm."""
+"""Least gap between a servo and the module's other rods, in mm."""
 
 
 def problems(morphology: Morphology, materials: Materials) -> tuple[Problem, ...]:

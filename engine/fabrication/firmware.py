@@ -1,9 +1,9 @@
 """The robot's controller as an Arduino sketch.
 
 A microcontroller gets what the simulation computes at every control update: the network, the choice of a
-frequency and a phase for each module, and the servo command that follows from them and the time. What
-tells a real robot where its target is stays open: the sketch calls functions that its owner fills in, and
-without them every module keeps a fixed rhythm.
+frequency and a phase for each module, and the servo command that follows from them and the time. How a real
+robot senses its target is left open: the sketch calls functions that its owner fills in. Without them every
+module keeps a fixed rhythm.
 
 The templates are in ``engine/data/firmware``; ``@name@`` stands for a value.
 """
@@ -32,14 +32,14 @@ from engine.tasks.squeezing import SENSOR_RANGE
 SKETCH: Final = "tsmr_robot"
 """Folder and file name of the sketch; the Arduino IDE wants them equal."""
 CYCLE: Final = 4.0
-"""Seconds after which every one of ``servo.FREQUENCIES`` starts anew."""
+"""Common period in seconds of all ``servo.FREQUENCIES``."""
 FIRST_PIN: Final = 2
 """Pin of module 0; 0 and 1 carry the serial line."""
 RELEASED_PULSE: Final = 1000
 CONTRACTED_PULSE: Final = 2000
-"""Pulse widths in microseconds that servos take without harm; where the arm stands then must be measured."""
+"""Pulse widths in microseconds that are safe for servos; the arm's position at them must be measured."""
 _TASKS: Final = ("goal-reaching", "squeezing")
-"""Tasks with sensing functions of their own; for others the owner fills in all inputs at once."""
+"""Tasks with a function for each sensor; for other tasks the owner fills in all inputs at once."""
 
 
 def pin_map(n_modules: int) -> dict[int, int]:
@@ -56,7 +56,7 @@ def firmware_files(
         config: of the run that the evaluation belongs to.
         evaluation: of the robot.
         run: name of the run, for the comments.
-        first: (inputs,) that its first trial began with; None to let it settle once more and find out.
+        first: (inputs,) with which its first trial began; None to simulate settling again and sense them.
 
     Returns:
         Content by name; the names lie in the folder ``tsmr_robot``, which the Arduino IDE opens.
@@ -92,7 +92,7 @@ def start_inputs(config: RunConfig, evaluation: Evaluation) -> np.ndarray:
 
 
 def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarray) -> dict[str, object]:
-    """Return what the templates' names stand for."""
+    """Return the values of the templates' names."""
     solution, task, physics = evaluation.solution, get_task(config.task), config.physics
     n = solution.morphology.n_modules
     head = Head.of(solution.morphology, evaluation.head_is_end)

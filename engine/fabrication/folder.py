@@ -1,4 +1,4 @@
-"""All files to make a robot from, by their names in its folder."""
+"""All files to build a robot from, by their names in its folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Failure dumps: a simulation that failed, in a file that can be looked at anywhere.
+"""Failure dumps: a failed simulation as a file that can be viewed anywhere.
 
 A dump is a ZIP archive of ``failure.json`` (what failed, why, genotypes, physics, versions),
 ``robot.xml`` (MJCF; its keyframe ``before_failure`` is the state that the dump starts from),
@@ -24,7 +24,7 @@ import numpy as np
 
 from engine.body.module import SERVO_NODES
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, physics_from_json
+from engine.config import RunConfig, physics_from_json, physics_to_json
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
 from engine.files import read_zip, zip_bytes
@@ -39,9 +39,9 @@ from engine.tasks.walls import MAX_WALLS, Wall, add_walls
 SUFFIX: Final = ".tsdump"
 FORMAT: Final = "tensatlas-failure"
 FORMAT_VERSION: Final = 2
-"""1 had no walls."""
+"""Format 1 had no walls."""
 MAX_DUMPS: Final = 20
-"""Dumps that a run leaves behind; the failures after them are only counted. A dump has 10 to 30 kB."""
+"""Largest number of dumps of a run; later failures are only counted. A dump has 10 to 30 kB."""
 MAX_BYTES: Final = 4 * 1024 * 1024
 """Largest dump that is read."""
 _MEMBERS: Final = dict.fromkeys(("failure.json", "robot.xml", "state.npy", "controls.npy"), MAX_BYTES)
@@ -61,7 +61,7 @@ class Dump:
         physics: how it was simulated.
         run_seed: of the run; with the solution's number it gives the seed of the noise.
         failed: what failed; of the solution only number, morphology and controller are kept.
-        versions: of what simulated it, by name.
+        versions: of the packages that simulated it, by name.
     """
 
     task: str
@@ -72,7 +72,7 @@ class Dump:
 
     @property
     def robot(self) -> RobotModel:
-        """The robot on its own."""
+        """The robot's model without walls."""
         return build_robot(self.failed.solution.morphology, self.physics)
 
     @property
@@ -89,12 +89,12 @@ class Dump:
 
 
 class DumpFolder:
-    """Where a run's failures are kept; made when the first one is.
+    """The folder of a run's failure dumps; it is made with the first dump.
 
     Args:
         folder: the dumps' folder.
         config: of the run.
-        versions: of what simulates.
+        versions: of the packages that simulate.
         n_failed: failures of the run so far, which count towards ``MAX_DUMPS``.
     """
 
@@ -107,7 +107,7 @@ class DumpFolder:
         self._n_failed = n_failed
 
     def keep(self, failed: FailedTrial) -> str:
-        """Write a dump unless there are enough; return what to say about it. Never fails."""
+        """Write a dump unless there are ``MAX_DUMPS``; return a note about it. Never raises."""
         self._n_failed += 1
         if self._n_failed > MAX_DUMPS:
             return ""
@@ -144,7 +144,7 @@ def write_dump(dump: Dump, path: Path) -> None:
 
 
 def read_dump(path: Path) -> Dump:
-    """Read a dump, whoever made it.
+    """Read a dump from any source.
 
     Raises:
         DumpError: the file is missing, damaged, no dump, or newer than this program.
@@ -184,7 +184,7 @@ def _pack(dump: Dump) -> bytes:
         "reason": f.failure.reason,
         "n_updates": f.failure.n_updates,
         "task": dump.task,
-        "physics": dataclasses.asdict(dump.physics),
+        "physics": physics_to_json(dump.physics),
         "run_seed": dump.run_seed,
         "versions": dump.versions,
         "walls": [w.to_json() for w in f.walls],
@@ -218,7 +218,7 @@ def _unpack(content: bytes) -> Dump:
         controller=Controller.from_json(data["controller"]),
     )
     if type(data["head_is_end"]) is not bool or data["stage"] not in typing.get_args(Stage):
-        raise InvalidData("head_is_end or stage is not what it should be")
+        raise InvalidData("head_is_end or stage is invalid")
     target = repeat = None
     if data["stage"] == "trial":
         target = _whole("target", data["target"], task.n_targets - 1)
@@ -245,7 +245,7 @@ def _unpack(content: bytes) -> Dump:
     physics = physics_from_json(data["physics"])
     dump = Dump(task.name, physics, _whole("run_seed", data["run_seed"], 2**32 - 1), failed, versions)
     size = mujoco.mj_stateSize(dump.model, mujoco.mjtState.mjSTATE_INTEGRATION)
-    # what the servos were told may be anything: it may be what went wrong
+    # the commands may have any value: they may be what went wrong
     if failure.state.shape != (size,) or not np.isfinite(failure.state[: size - controls.shape[1]]).all():
         raise InvalidData(f"its state must be {size} finite numbers")
     return dump
@@ -269,7 +269,7 @@ def _array(content: bytes, columns: int | None = None) -> np.ndarray:
     shape = (n,) if columns is None else (n // columns, columns)
     header = _npy_header(shape)
     if not content.startswith(header) or len(content) != len(header) + 8 * int(np.prod(shape)):
-        raise InvalidData("an array is not of the size that it should be")
+        raise InvalidData("an array has the wrong size")
     return np.frombuffer(content, "<f8", offset=len(header)).reshape(shape).astype(float)
 
 

@@ -21,7 +21,7 @@ FRAMES_PER_UPDATE: Final = 10
 class DumpReplay:
     """Simulates a dump up to its failure; a ``Playable`` whose clock is 0 at the failure.
 
-    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+    Call ``advance`` in a separate thread; ``frames`` only grows.
 
     Args:
         dump: what to simulate.
@@ -71,7 +71,7 @@ class DumpReplay:
         """Make ``advance`` return soon, and at once from then on."""
         self._cancelled.set()
 
-    def advance(self, until: float = 0.0) -> None:  # noqa: ARG002 - it ends where it ends
+    def advance(self, until: float = 0.0) -> None:  # noqa: ARG002 - a dump ends at its failure
         """Simulate everything, whatever ``until`` is; return early after ``cancel``."""
         with self._advancing:
             if self.failure is not None or self._cancelled.is_set():
@@ -102,7 +102,7 @@ class DumpReplay:
 
     def _show(self, data: mujoco.MjData, controls: np.ndarray) -> None:
         """Add a frame, unless the robot can no longer be drawn."""
-        # MuJoCo resets a robot after a warning: what follows is another one
+        # MuJoCo resets a robot after a warning, so later poses are not its own
         gone = not np.abs(data.qpos).max() < ARENA_RADIUS or _warnings(data).any()
         self._gone = self._gone or bool(gone)
         if self._gone:

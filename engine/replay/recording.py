@@ -1,6 +1,6 @@
-"""What a simulation records to be looked at: frames, what lies between two of them, and contacts.
+"""What a simulation records for viewing: frames, interpolation between two of them, and contacts.
 
-``Playable`` is what the player asks of a recording, whatever makes it: a replay, a what-if, a dump.
+``Playable`` is the player's interface to any recording: a replay, a what-if, a dump.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from engine.tasks.walls import Wall
 UPDATES_PER_FRAME: Final = 2
 """Control updates between two recorded frames: 25 frames a second at 50 Hz."""
 NEAR: Final = 1e-4
-"""Part of a period within which a moment is that of a recorded frame."""
+"""A moment closer to a recorded frame than this part of the frame period shows that frame."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class ReplayFrame:
         lengths: (modules, 5) float32 commanded lengths of the internal cables, in m.
         head: (2,) float32 horizontal position of the head, in m.
         contacts: (n, 3) float32 points where it touches the ground or a wall, in m.
-        sensed: (inputs,) what its controller sensed at the update before, None while it has no say.
+        sensed: (inputs,) what its controller sensed at the last update, None before the trial begins.
     """
 
     time: float
@@ -62,7 +62,7 @@ class ReplayFrame:
             lengths: (modules, 5) commanded lengths of the internal cables, in m.
             head: which end of the robot is its head.
             contacts: (n, 3) points where it touches the world, in m.
-            sensed: (inputs,) what its controller sensed last, None while it has no say.
+            sensed: (inputs,) what its controller sensed last, None before the trial begins.
         """
         pose = qpos.reshape(len(lengths), -1, 7).astype(np.float32)
         return cls(
@@ -80,7 +80,7 @@ class Playable(Protocol):
 
     @property
     def frames(self) -> Sequence[ReplayFrame]:
-        """What has been simulated, every ``frame_period``; only ever grows."""
+        """The frames simulated so far, one every ``frame_period``; the list only grows."""
         ...
 
     @property
@@ -90,7 +90,7 @@ class Playable(Protocol):
 
     @property
     def walls(self) -> tuple[Wall, ...]:
-        """What stands in the world; the walls go up when the target is placed."""
+        """The walls in the world; they go up when the target is placed."""
         ...
 
     @property
@@ -140,7 +140,8 @@ def frame_at(replay: Playable, moment: float) -> ReplayFrame:
         moment: of its clock, in s.
 
     Returns:
-        The recorded frame itself where there is one, and before the first and after the last.
+        The recorded frame if the moment has one, the first or the last frame beyond the ends, else a mixture
+        of its two neighbours.
     """
     frames = replay.frames
     first, part = place_of(replay, moment)
@@ -148,15 +149,15 @@ def frame_at(replay: Playable, moment: float) -> ReplayFrame:
 
 
 def place_of(replay: Playable, moment: float) -> tuple[int, float]:
-    """Return which recorded frame a moment follows, and what part of the way to the next one it is.
+    """Return which recorded frame a moment follows, and how far it lies towards the next one.
 
     Args:
         replay: of which there is a frame.
         moment: of its clock, in s.
 
     Returns:
-        The index of the frame and a part from 0 to below 1; 0 where there is no next frame, and 0 for the
-        first frame before it.
+        The index of the frame, and the part of the way to the next one, from 0 to below 1. The part is 0
+        where there is no next frame, and both are 0 before the first frame.
     """
     last = len(replay.frames) - 1
     place = (moment - replay.start_time) / replay.frame_period - 1.0
@@ -173,7 +174,7 @@ def nearest_index(replay: Playable, moment: float) -> int:
 
 
 def between(one: ReplayFrame, other: ReplayFrame, part: float) -> ReplayFrame:
-    """Return what lies a part of the way, from 0 to 1, from a frame to one soon after it.
+    """Interpolate between a frame, at ``part`` 0, and one soon after it, at 1.
 
     Positions, lengths and the head move along straight lines, rods turn as ``mix_turns`` has it. Contacts
     and what is sensed are the nearer frame's.
@@ -192,10 +193,10 @@ def between(one: ReplayFrame, other: ReplayFrame, part: float) -> ReplayFrame:
 
 
 def mix_turns(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
-    """Return what lies a part of the way, from 0 to 1, from quaternions (..., 4) to others, as float32.
+    """Interpolate between quaternions (..., 4), the first at ``part`` 0, the others at 1, as float32.
 
-    They move along straight lines, the shorter way, and are scaled to unit length: within a frame's time a
-    rod turns little, so that this is close to the great circle.
+    The interpolation is linear, the shorter way, and scaled to unit length: within a frame's time a rod turns
+    little, so that this is close to the great circle.
     """
     # q and -q are the same turn
     sign = np.where((one * other).sum(axis=-1, keepdims=True) < 0.0, np.float32(-1.0), np.float32(1.0))
@@ -204,12 +205,12 @@ def mix_turns(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
 
 
 def mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
-    """Return what lies a part of the way, from 0 to 1, from an array to another, as float32."""
+    """Interpolate between two arrays, the first at ``part`` 0, the second at 1, as float32."""
     return ((1.0 - part) * one + part * other).astype(np.float32, copy=False)
 
 
 class ContactFinder:
-    """Finds contacts of a robot in a pose, apart from any simulation, which therefore never notices.
+    """Finds the contacts of a robot in a pose, without touching its simulation.
 
     It takes 0.03 ms for ten modules. MuJoCo's collision detection does the work, so these are the contacts
     that a simulation has in that pose.

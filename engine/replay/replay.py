@@ -13,15 +13,16 @@ from engine.config import RunConfig
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
 from engine.replay.trial import Aim, TrialChoice
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import BatchObserver, ClosedLoop, Head, SimulationBatch
+from engine.simulation.rollout import BatchObserver, Head, RollOut
 from engine.simulation.trials import fresh_number, start_trials, trials_of
 from engine.tasks import get_task
 from engine.tasks.walls import Wall
 
 MAX_FRESH: Final = 2**20
-"""Number of the last fresh noise on offer."""
+"""Largest number of a fresh noise."""
 
 
 def repeat_trial(
@@ -33,7 +34,7 @@ def repeat_trial(
     fresh: int = 0,
     aim: Aim | None = None,
     observer: BatchObserver | None = None,
-) -> ClosedLoop:
+) -> RollOut:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
 
     Args:
@@ -41,8 +42,8 @@ def repeat_trial(
         evaluation: of the robot.
         target: which of the task's targets.
         repeat: which of its noise seeds.
-        fresh: 0 for the noise that it was evaluated with; any other number draws noise of its own.
-        aim: where the target is instead of where the task has it.
+        fresh: 0 for the noise that it was evaluated with; any other number draws fresh noise.
+        aim: a place for the target other than the task's.
         observer: sees the robot settle.
     """
     solution, task = evaluation.solution, get_task(config.task)
@@ -68,14 +69,14 @@ def repeat_trial(
 class Replay:
     """Simulates one trial of an evaluated solution; frames can be read while it runs.
 
-    Call ``advance`` on a thread of its own; ``frames`` only ever grows.
+    Call ``advance`` in a separate thread; ``frames`` only grows.
 
     Args:
         config: of the run that the evaluation belongs to.
         evaluation: what to replay.
         target, repeat: which of its trials.
-        fresh: 0 for the noise that it was evaluated with; 1 to ``MAX_FRESH`` each draws noise of its own.
-        aim: where the target is instead of where the task has it; walls and noise stay those of ``target``.
+        fresh: 0 for the noise that it was evaluated with; each of 1 to ``MAX_FRESH`` draws other noise.
+        aim: a place for the target other than the task's; walls and noise stay those of ``target``.
 
     Raises:
         InvalidData: there is no such target, repeat or noise, or today's robots do not survive the run's
@@ -114,7 +115,7 @@ class Replay:
         """How the task scores the end of the evaluated time, in m, once it is reached."""
         self.failure: str | None = None
         self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
-        self._loop: ClosedLoop | None = None
+        self._loop: RollOut | None = None
         self._contacts: ContactFinder | None = None
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
@@ -142,7 +143,7 @@ class Replay:
 
     @property
     def target_name(self) -> str:
-        """What people call the target."""
+        """The target's name."""
         task = get_task(self.config.task)
         return task.target_names[self.target_index] if self.aim is None else self.aim.name
 
@@ -182,7 +183,7 @@ class Replay:
         return self.config.physics.control_period * UPDATES_PER_FRAME
 
     @property
-    def loop(self) -> ClosedLoop | None:
+    def loop(self) -> RollOut | None:
         """The simulation itself, once the robot has settled; not to be touched while ``advance`` runs."""
         return self._loop
 
@@ -221,11 +222,11 @@ class Replay:
             aim=self.aim,
             observer=self._observe,
         )
-        # whoever draws takes the target as the sign that the world is complete
+        # the drawing code takes the target as the sign that the world is complete
         self.walls = self._loop.walls[0][0]
         self.target = self._loop.targets[0, 0]
 
-    def _observe(self, sim: SimulationBatch) -> None:
+    def _observe(self, sim: Simulations) -> None:
         if self._cancelled.is_set():
             raise Cancelled
         self.failure = None if sim.failures[0] is None else str(sim.failures[0])

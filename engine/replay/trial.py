@@ -1,4 +1,4 @@
-"""Which trial of a robot is to be replayed, and a target of one's own for it."""
+"""Which trial of a robot to replay, and a target that the user places in it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _WRITTEN: Final = re.compile(r"-?[0-9]{1,3},[0-9]{1,3}")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Aim:
-    """Where a target of one's own is, seen from the settled head.
+    """The place of a target that the user chooses, seen from the settled head.
 
     Attributes:
         bearing: in whole degrees, positive to the left, from -180 to 180.
         distance: in whole centimetres. Whole numbers can be shared and typed.
 
     Raises:
-        InvalidData: it is too near, too far or no direction.
+        InvalidData: it is too near or too far, or its bearing is out of range.
     """
 
     bearing: int
@@ -44,14 +44,14 @@ class Aim:
 
     @classmethod
     def parse(cls, text: str) -> Aim:
-        """Return the aim that ``text`` writes, such as ``30,62``.
+        """Return the aim that a text such as ``30,62`` describes.
 
         Raises:
-            InvalidData: it writes none, or one that is too near, too far or no direction.
+            InvalidData: it describes none, or one too near, too far or with a bearing out of range.
         """
         if not _WRITTEN.fullmatch(text):
             raise InvalidData(
-                "a target of your own is its bearing in degrees, positive to the left, and its distance"
+                "a target is its bearing in degrees, positive to the left, and its distance"
                 f" in cm, such as 30,62, not {text[:40]!r}"
             )
         bearing, distance = map(int, text.split(","))
@@ -80,7 +80,7 @@ class Aim:
 
     @property
     def name(self) -> str:
-        """What people call it, such as ``30° left, 62 cm``."""
+        """Its name, such as ``30° left, 62 cm``."""
         return f"{bearing_name(math.radians(self.bearing))}, {self.distance} cm"
 
 
@@ -92,7 +92,7 @@ class TrialChoice:
         target: which of the task's targets, counted from 0; its world is that of the trial.
         repeat: which of the noises that it was evaluated with, counted from 0.
         fresh: number of fresh noise, 0 for the evaluated one.
-        aim: where the target is instead, None for where the task has it.
+        aim: another place for the target, None for the task's.
     """
 
     target: int = 0

@@ -1,7 +1,7 @@
-"""What a changed body would have done with the same controller: simulated on the spot, kept nowhere.
+"""What a changed body would have done with the same controller: simulated at once, stored nowhere.
 
-It goes through what an evaluation goes through: settling, the search for the head, a trial towards every
-target under every noise seed of the original. So the unchanged body gives exactly the recorded scores.
+It is simulated like an evaluation: settling, the search for the head, a trial towards every target under
+every noise seed of the original. So the unchanged body gives exactly the recorded scores.
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
+from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch
+from engine.simulation.rollout import Head, RollOut
 from engine.simulation.trials import start_trials, trials_of
 from engine.tasks import fitness, get_task
 from engine.tasks.walls import Wall
 
 
 class WhatIf:
-    """Simulates a variant of a robot; what is found can be read while it runs.
+    """Simulates a variant of a robot; its results can be read while it runs.
 
-    Call ``run`` on a thread of its own.
+    Call ``run`` in a separate thread.
 
     Args:
         config: of the run that the evaluation belongs to.
@@ -80,7 +81,7 @@ class WhatIf:
 
     @property
     def cancelled(self) -> bool:
-        """Whether nobody wants to know any more."""
+        """Whether ``cancel`` has been called."""
         return self._cancelled.is_set()
 
     def run(self, progress: Callable[[], None] = lambda: None) -> None:
@@ -103,7 +104,7 @@ class WhatIf:
         finder: ContactFinder | None = None
         unknown = Head.of(self.morphology, True)
 
-        def settled_frame(sim: SimulationBatch) -> None:
+        def settled_frame(sim: Simulations) -> None:
             nonlocal finder
             self._check()
             if sim.n_updates % UPDATES_PER_FRAME == 0:
@@ -131,7 +132,7 @@ class WhatIf:
         self.head = head
         for frames in self.frames:
             frames += [_with_head(frame, head) for frame in settling]
-        # whoever draws takes the targets as the sign that the world is complete
+        # the drawing code takes the targets as the sign that the world is complete
         self.targets = loop.targets[0, ::repeats]
         self._note(loop)
         finders = [ContactFinder(loop.sim.model(k * repeats)) for k in range(n_targets)]
@@ -153,7 +154,7 @@ class WhatIf:
         self.failure = next((f for f in (None if lost is None else str(lost), *failures) if f), None)
         self.finished = True
 
-    def _record(self, loop: ClosedLoop, head: Head, finders: list[ContactFinder]) -> None:
+    def _record(self, loop: RollOut, head: Head, finders: list[ContactFinder]) -> None:
         """Keep a frame of the first noise seed of every target."""
         sim, repeats = loop.sim, self._shape[1]
         for k, finder in enumerate(finders):
@@ -169,7 +170,7 @@ class WhatIf:
                 )
             )
 
-    def _note(self, loop: ClosedLoop) -> None:
+    def _note(self, loop: RollOut) -> None:
         self.scores = loop.scores()[0].reshape(self._shape).copy()
 
     def _check(self) -> None:
@@ -178,7 +179,7 @@ class WhatIf:
 
 
 class WhatIfReplay:
-    """What a ``WhatIf`` found out about one target, to be played while it is still being simulated.
+    """The trial of a ``WhatIf`` towards one target; it can be played while it is still being simulated.
 
     Args:
         what_if: that simulates it.
@@ -195,7 +196,7 @@ class WhatIfReplay:
 
     @property
     def frames(self) -> list[ReplayFrame]:
-        """What has been simulated; nothing before the head is known."""
+        """The frames simulated so far; none before the head is known."""
         return self.what_if.frames[self.target_index]
 
     @property
@@ -206,7 +207,7 @@ class WhatIfReplay:
 
     @property
     def walls(self) -> tuple[Wall, ...]:
-        """What stands in the world."""
+        """The walls in the world."""
         return self.what_if.walls[self.target_index]
 
     @property
@@ -243,7 +244,7 @@ class WhatIfReplay:
         return self.what_if.frame_period
 
     def cancel(self) -> None:
-        """Do nothing: the other targets go on."""
+        """Do nothing: the other targets continue."""
 
     def advance(self, until: float) -> None:
         """Do nothing: the ``WhatIf`` simulates all targets, to their end."""

@@ -30,7 +30,7 @@ def read_campaign(path: Path) -> list[PlannedRun]:
     """Read a TOML file that describes a campaign; docs/clusters.md describes the file.
 
     Raises:
-        InvalidData: it cannot be read, or a value is missing, unknown or makes no configuration.
+        InvalidData: it cannot be read, or a value is missing, unknown or does not fit the rest.
     """
     data = read_toml(path)
     try:
@@ -48,7 +48,7 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
             ``variants``, each a table with further fields, ``algorithm`` among them.
 
     Raises:
-        InvalidData: a value is missing, unknown or makes no configuration.
+        InvalidData: a value is missing, unknown or does not fit the rest.
     """
     if unknown := set(data) - set(_TABLES):
         raise InvalidData(f"unknown {min(unknown)!r}; known are {', '.join(_TABLES)}")

@@ -1,4 +1,4 @@
-"""Starting a run and going on with one, until its budget is spent."""
+"""Starts a run, or resumes one, and works on it until its budget is spent."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def evolve(
 
 
 def check_physics(config: RunConfig) -> None:
-    """Make sure that robots can be simulated, before a file is made for them or work goes on.
+    """Make sure that robots can be simulated, before a file is made for them or work continues.
 
     Raises:
         InvalidData: the time step is too large, or MuJoCo refuses this configuration.
@@ -73,7 +73,7 @@ def resume(
     workers: Workers | None = None,
     observer: ProgressObserver | None = None,
 ) -> None:
-    """Go on with an interrupted run, exactly as if it had never stopped; nothing if it is finished.
+    """Resume an interrupted run exactly as if it had never stopped; do nothing if it is finished.
 
     Args as of ``evolve``.
 
@@ -94,9 +94,9 @@ def resume(
         if reader.n_evaluations() < reader.config.evaluations:
             check_physics(reader.config)
         if reader.lacks_trajectories():
-            raise RunFileError(f"{path} has robots without a trajectory and cannot be gone on with")
+            raise RunFileError(f"{path} has robots without a trajectory and cannot be resumed")
         with RunWriter.open(path) as writer:
-            # read under the lock: nobody else moves the run on between reading and going on
+            # read under the lock, so that no other process advances the run between reading and writing
             algorithm, seconds = _restore(reader)
             stack.close()
             _work(

@@ -21,7 +21,7 @@ from engine.workers.evaluator import EvaluationQueue
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a run is.
+    """The progress of a run.
 
     Attributes:
         generation: the generation under way, or the last one when it has just been closed.
@@ -45,7 +45,7 @@ class Progress:
 
 
 ProgressObserver = Callable[[Progress], None]
-"""Is told of a run's progress."""
+"""Receives a run's progress."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -60,16 +60,16 @@ class _Generation:
 class RunLoop:
     """Works on a run until its budget is spent.
 
-    What an interrupted process left of a generation is taken over. Every evaluation is saved as soon as
-    it is finished, every generation as soon as it is told.
+    The evaluations that an interrupted process left of a generation are used. Every evaluation is saved as
+    soon as it is finished, every generation as soon as it is told.
 
     Args:
         writer: of the run's file.
         config: of the run.
         algorithm: as it was at the end of the last closed generation.
         seconds_before: computing time of the run so far.
-        queue: has solutions evaluated.
-        observer: is told of the progress.
+        queue: evaluates the solutions.
+        observer: receives the progress.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class RunLoop:
             self._finish_oldest()
 
     def _begin(self, solutions: Sequence[Solution]) -> None:
-        """Have a generation evaluated, apart from what an interrupted process has finished of it."""
+        """Submit a generation, except the evaluations that an interrupted process has finished."""
         number = self._algorithm.generation + len(self._under_way)
         finished = {e.solution.number: e for e in self._writer.pending(number)}
         _check_pending(self._writer.path, finished, solutions)
@@ -175,6 +175,6 @@ def _check_pending(path: Path, finished: dict[int, Evaluation], solutions: Seque
     for number, e in finished.items():
         if asked.get(number) != e.solution:
             raise RunFileError(
-                f"{path} cannot be gone on with: solution {number} comes out differently with the"
+                f"{path} cannot be resumed: solution {number} comes out differently with the"
                 " versions installed now; 'tensatlas info' shows those it was started with"
             )

@@ -46,8 +46,8 @@ class Algorithm(Snapshot, abc.ABC):
 
     ``ask`` and ``tell`` alternate: one pair of calls is one generation. An algorithm with an overlap may be
     asked for more generations before the oldest is told; they are told in the order of asking. ``state``
-    after a ``tell``, together with the archives' contents and the run's evaluations, is all that
-    ``restore`` needs to go on identically.
+    after a ``tell``, together with the archives' contents and the run's evaluations, is all that ``restore``
+    needs to continue identically.
     """
 
     @property
@@ -79,5 +79,5 @@ class Algorithm(Snapshot, abc.ABC):
         Args:
             state: what ``state`` returned then.
             contents: the archives' elites then, by archive and cell.
-            recall: looks up other evaluations that the state speaks of.
+            recall: looks up other evaluations that the state refers to.
         """

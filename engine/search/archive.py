@@ -13,7 +13,7 @@ from engine.simulation.evaluation import Evaluation
 Cell = tuple[int, ...]
 
 LEAST_WEIGHED_FITNESS: Final = 0.01
-"""The fitness in m that the best of a deep cell counts as at the least when its parents are drawn."""
+"""Smallest fitness in m that the best individual of a deep cell counts with when parents are drawn."""
 
 
 class GridArchive:
@@ -53,7 +53,7 @@ class GridArchive:
         return [elite for _, elite in self]
 
     def individuals(self) -> list[Evaluation]:
-        """Return everybody that the archive holds in the order of their cells: here, the elites."""
+        """Return all individuals of the archive in the order of their cells: here, the elites."""
         return self.elites()
 
     def add(self, cell: Cell, candidate: Evaluation) -> bool:
@@ -107,14 +107,14 @@ class GridArchive:
 class DeepGridArchive(GridArchive):
     """A grid whose cells hold several individuals (Flageat and Cully, ALIFE 2020).
 
-    A new individual is appended to its cell or, where the cell is full, replaces a uniformly drawn one,
-    be it better or worse. So lucky evaluations do not last. The elite of a cell, which maps and figures
+    A new individual is appended to its cell or, where the cell is full, replaces a uniformly drawn one, be it
+    better or worse. Lucky evaluations therefore do not last. The elite of a cell, which maps and figures
     show, is the best of the individuals that it holds now; unlike a plain archive's it may get worse.
 
     Args:
         shape: number of cells along each axis.
         capacity: individuals per cell.
-        rng: draws who is replaced.
+        rng: draws the individual to replace.
     """
 
     def __init__(self, *, shape: tuple[int, ...], capacity: int, rng: random.Random) -> None:
@@ -124,7 +124,7 @@ class DeepGridArchive(GridArchive):
         self._cells: dict[Cell, list[Evaluation]] = {}
 
     def individuals(self) -> list[Evaluation]:
-        """Return everybody that the archive holds, in the order of the cells and of their places."""
+        """Return all individuals of the archive, in the order of the cells and of their places."""
         return [e for cell in sorted(self._cells) for e in self._cells[cell]]
 
     def add(self, cell: Cell, candidate: Evaluation) -> bool:
@@ -148,7 +148,7 @@ class DeepGridArchive(GridArchive):
         super().reinsert(placed)
 
     def sample(self, n: int, rng: random.Random) -> list[Evaluation]:
-        """Draw n times a cell uniformly and one of its individuals in proportion to fitness.
+        """Draw n times a cell uniformly, and one of its individuals by ``parent_weights``.
 
         Raises:
             IndexError: the archive is empty.
@@ -168,7 +168,7 @@ class DeepGridArchive(GridArchive):
         """Go back to what ``members`` returned.
 
         Raises:
-            InvalidData: a cell lies outside the grid or holds nobody, too many or failures.
+            InvalidData: a cell lies outside the grid or holds no individual, too many, or a failed one.
         """
         self._cells, self._elites = {}, {}
         for cell, held in members.items():
@@ -181,12 +181,12 @@ class DeepGridArchive(GridArchive):
 
 
 def parent_weights(held: Sequence[Evaluation]) -> list[float]:
-    """Return what the chances of a deep cell's individuals to be parents are proportional to.
+    """Return the weights by which a deep cell's individuals are drawn as parents.
 
-    It is 1 / fitness, as in the published code. The fitness is the distance that is left, so it is
-    positive where f_s is negative, and nobody's chance is zero. Only a fitness below 1 cm, which a bonus
-    can bring about, would give negative or huge weights: then all are raised alike, so that the best
-    counts as 1 cm.
+    A weight is 1 / fitness, as in the published code. The fitness is the remaining distance, so it is
+    positive where f_s is negative, and no weight is zero. Only a fitness below 1 cm, which a bonus can bring
+    about, would give negative or huge weights: then the same amount is added to all, so that the best counts
+    as 1 cm.
     """
     values = [e.fitness for e in held if e.fitness is not None]
     raised = max(LEAST_WEIGHED_FITNESS - min(values), 0.0)

@@ -13,7 +13,7 @@ from engine.errors import InvalidData
 from engine.search.archive import Cell
 
 TRAJECTORY_PREFIX: Final = "PCA"
-"""Begins the name of every axis that is a principal component of the head's trajectory."""
+"""Prefix of the name of every axis that is a principal component of the head's trajectory."""
 
 
 _BODY: Final[Mapping[str, Callable[[Morphology], float]]] = {
@@ -35,10 +35,10 @@ def trajectory_axes(axes: Sequence[Axis]) -> tuple[int, ...]:
 
 
 def body_measure(axis: Axis, body: Morphology) -> float:
-    """Return where on an axis that describes bodies a body lies.
+    """Return a body's value on an axis that describes bodies.
 
     Raises:
-        InvalidData: the axis is none that is known.
+        InvalidData: the axis is unknown.
     """
     if axis.name not in _BODY:
         raise InvalidData(f"an archive's axis {axis.name!r} is unknown; update TensAtlas")
@@ -70,7 +70,7 @@ def cell_centre(axis: Axis, index: int) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis of an archive, for people: n equal cells from lower to upper."""
+    """One axis of an archive, as shown: n equal cells from lower to upper."""
 
     name: str
     lower: float
@@ -86,12 +86,12 @@ def project(elites: Mapping[Cell, E], axes: Sequence[int], rank: Callable[[E], A
 
     Args:
         elites: (n axes) cells of the archive and whatever they hold.
-        axes: the axes that remain, in the order in which the projection has them.
+        axes: the axes to keep, in the projection's order.
         rank: what to compare by, the smallest wins; for evaluations (fitness, number), as in an archive.
 
     Returns:
-        By (len(axes)) cell of the projection the (n axes) cell of the archive whose elite it shows. On
-        a tie it is the first in the order of the cells, whatever the order of the mapping.
+        For each (len(axes)) cell of the projection the (n axes) cell of the archive whose elite it shows. On
+        a tie that is the first in the order of the cells, whatever the order of the mapping.
     """
     shown: dict[Cell, Cell] = {}
     for cell in sorted(elites):
@@ -109,7 +109,7 @@ def section(elites: Mapping[Cell, E], fixed: Mapping[int, int]) -> dict[Cell, Ce
         fixed: by axis the index at which it is cut.
 
     Returns:
-        By cell of the section, which has the other axes in their order, the cell of the archive.
+        For each cell of the section, along the other axes in their order, the cell of the archive.
     """
     return {
         tuple(i for axis, i in enumerate(cell) if axis not in fixed): cell

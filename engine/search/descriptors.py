@@ -1,4 +1,4 @@
-"""Where in an archive a solution belongs."""
+"""The descriptors of a solution: its cell in an archive."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def sensory_data(trajectories: Sequence[np.ndarray], kind: str) -> np.ndarray:
 def _rounded(values: np.ndarray, units: np.ndarray) -> np.ndarray:
     """Return values rounded to about ten digits of their units (the power of two below each).
 
-    Linear algebra is tuned to each kind of processor and ends in other last digits on each (some 1e-16 of
-    a unit). Without them a run comes to the same archive on all.
+    Linear algebra is tuned to each kind of processor, so its last digits differ between them (some 1e-16 of a
+    unit). Without these digits a run gives the same archive on every processor.
     """
     step = np.ldexp(1.0, np.frexp(units)[1] - 34)
     return np.round(values / step) * step
@@ -70,8 +70,8 @@ def _rounded(values: np.ndarray, units: np.ndarray) -> np.ndarray:
 class TrajectoryDescriptor:
     """Standardise, project on the first principal components, cut into cells.
 
-    Both fits and the bounds of the cells are redone from outside when the schedule or a value out of
-    bounds asks for it.
+    The owner repeats both fits and the bounds of the cells when the schedule or a value out of bounds
+    requires it.
 
     Args:
         shape: number of cells along each component.
@@ -101,7 +101,7 @@ class TrajectoryDescriptor:
         Args:
             data: (n, features) sensory data.
         """
-        # here, because they take a second of every command and of every worker, few of which fit anything
+        # imported here: they take a second, and few commands and workers fit anything
         from sklearn.decomposition import PCA
         from sklearn.preprocessing import StandardScaler
 

@@ -21,7 +21,7 @@ from engine.simulation.evaluation import Evaluation, Solution
 class DoubleMapMapElites(MapSearch):
     """DM-ME; with a cell capacity above 1, the authors' second configuration, "deep grid".
 
-    All individuals of a deep grid's cells are those that standardiser and PCA are fitted to.
+    With a deep grid, standardiser and PCA are fitted to all individuals of its cells.
     """
 
     @property
@@ -36,7 +36,7 @@ class DoubleMapMapElites(MapSearch):
         return self._trajectories.axes()
 
     def state(self) -> dict[str, Any]:
-        """Return what any search does, and who is in the cells of a deep grid."""
+        """Return the state of any map search, and the individuals of a deep grid's cells."""
         archive = self._trajectories.archive
         if not isinstance(archive, DeepGridArchive):
             return super().state()

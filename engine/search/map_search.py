@@ -23,10 +23,11 @@ PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class MapSearchConfig:
-    """Parameters of DM-ME and MAP-Elites; ViE-NEAT leaves them alone.
+    """Parameters of DM-ME and MAP-Elites; ViE-NEAT ignores them.
 
     Raises:
-        InvalidData: a cell holds nobody, or so many that a run file's state would grow out of hand.
+        InvalidData: a cell's capacity is less than 1, or so large that a run file's state would grow out of
+            hand.
     """
 
     initial: int = 1080
@@ -36,7 +37,7 @@ class MapSearchConfig:
     refit_generations: tuple[int, ...] = PAPER_REFITS
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
-    """What of the head's 1 Hz trajectory describes a controller."""
+    """What describes a controller: the head's positions at 1 Hz, or its displacements between them."""
     cell_capacity: int = 1
     """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
 
@@ -75,17 +76,17 @@ def check_overlap(overlap: int) -> None:
 class MapSearch(Algorithm):
     """A search whose parents are drawn from archives, one of them a ``TrajectoryArchive``.
 
-    Solutions stay random until there are two evaluations to project. Nothing but the generator of
-    ``variation`` is drawn from, in an order that depends on the evaluations alone.
+    Solutions stay random until there are two evaluations to project. All draws come from the generator of
+    ``variation``, in an order that depends on the evaluations alone.
 
     Args:
         config: sizes of the generations and what describes a controller.
-        n_inputs: what the controllers sense.
+        n_inputs: how many numbers the controllers sense.
         budget: total number of solutions; the last generation may be smaller.
         seed: of all the algorithm's draws.
         stiffness: whether a body's modules share one stiffness.
-        overlap: generations that may be asked for before the one in front of them has been told. Parents
-            are then drawn from archives that are as many generations old.
+        overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
+            from archives that are as many generations old.
 
     Raises:
         InvalidData: the numbers contradict each other.
@@ -152,7 +153,7 @@ class MapSearch(Algorithm):
         self._generation += 1
 
     def state(self) -> dict[str, Any]:
-        """Return the generation, the random state, NEAT's counters, the descriptor and who is under way."""
+        """Return the generation, the random state, NEAT's counters, the descriptor and open generations."""
         state = {
             "generation": self._generation,
             **self._variation.state(),

@@ -41,13 +41,13 @@ MAX_STAGNATION: Final = 15
 SURVIVAL_THRESHOLD: Final = 0.2
 """Part of a species that may have offspring; the library's default."""
 MIN_SPECIES_SIZE: Final = 2
-"""Of the published configuration. Where elitism is larger, that is the smallest size."""
+"""Smallest size of a species, of the published configuration; a larger elitism takes its place."""
 MAX_GROWTH: Final = 4
 """A population larger than this many times its nominal size is a mistake in the parameters."""
 
 
 class _Counter:
-    """Counts up like ``itertools.count``, and says where it is."""
+    """Counts up like ``itertools.count``, with a readable position."""
 
     def __init__(self, next_value: int) -> None:
         self.next_value = next_value
@@ -89,10 +89,10 @@ class NeatPopulation:
     """A population of controllers.
 
     Args:
-        n_inputs: what the controllers sense.
+        n_inputs: how many numbers the controllers sense.
         size: nominal number of controllers.
-        elitism: of each species so many best survive unchanged.
-        species_elitism: so many best species never die out.
+        elitism: how many of the best of each species survive unchanged.
+        species_elitism: how many of the best species never die out.
         compatibility_threshold: genomes farther apart than this are of different species.
         rng: draws the first controllers.
     """
@@ -163,7 +163,7 @@ class NeatPopulation:
         return {s.key: list(s.members) for s in self._population.species.species.values()}
 
     def evolve(self, fitnesses: Mapping[int, float], rng: Random) -> None:
-        """Take in fitnesses and go on to the next generation; without any, the population stays.
+        """Take in fitnesses and advance to the next generation; without any, the population stays.
 
         Args:
             fitnesses: by key, in m, to be minimised; of new controllers, or anew of known ones.

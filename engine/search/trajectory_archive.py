@@ -39,10 +39,10 @@ def morphology_axes(stiffness: StiffnessMode) -> tuple[Axis, ...]:
 class TrajectoryArchive:
     """An archive whose last two axes are the principal components of the head's trajectories.
 
-    Standardiser and PCA are fitted to the first evaluations, and at the scheduled generations to
-    everybody in the archive. The bounds of the cells follow every fit, and are recomputed when a value
-    falls outside. Whenever either happens, everybody in the archive is described anew and added again
-    in the order of the cells; in a deep grid, a cell that overflows then replaces as it always does.
+    Standardiser and PCA are fitted to the first evaluations, and at the scheduled generations to all
+    individuals of the archive. The bounds of the cells follow every fit, and are recomputed when a value
+    falls outside. After either, all individuals are described anew and added again in the order of the cells;
+    in a deep grid, a cell that overflows then replaces as it always does.
 
     Args:
         archive: empty, and filled here only.
@@ -67,7 +67,7 @@ class TrajectoryArchive:
 
     @property
     def fitted(self) -> bool:
-        """Whether there is something to project on."""
+        """Whether standardiser and PCA have been fitted."""
         return self._descriptor.fitted
 
     def axes(self) -> tuple[Axis, ...]:
@@ -81,7 +81,7 @@ class TrajectoryArchive:
     def tell(self, generation: int, whole: Sequence[Evaluation]) -> None:
         """Offer the evaluations of a generation that did not fail.
 
-        If none has been fitted yet and there are fewer than two, they are left out.
+        Before the first fit, which needs two evaluations, a single one is left out.
         """
         descriptor = self._descriptor
         held = self.archive.individuals()
@@ -107,7 +107,7 @@ class TrajectoryArchive:
         return self._descriptor.state() if self._descriptor.fitted else None
 
     def restore(self, state: dict[str, Any] | None) -> None:
-        """Go back to what ``state`` returned; the archive's contents are restored apart."""
+        """Go back to what ``state`` returned; the archive's contents are restored separately."""
         if state is not None:
             self._descriptor.restore(state)
 

@@ -1,4 +1,4 @@
-"""How new solutions come about: random ones, mutants, and the random state behind both."""
+"""New solutions: random ones, mutants, and the random state behind both."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def restore_rng(rng: random.Random, state: Any) -> None:
     """Set a generator to what ``rng_state`` returned.
 
     Raises:
-        ValueError, TypeError: it is no such state.
+        ValueError, TypeError: the data is not such a state.
     """
     version, internal, gauss = state
     rng.setstate((version, tuple(internal), gauss))
@@ -32,7 +32,7 @@ class Variation:
     """Draws solutions and numbers them.
 
     Args:
-        n_inputs: what the controllers sense.
+        n_inputs: how many numbers the controllers sense.
         stiffness: whether a body's modules share one stiffness.
         seed: of all draws.
     """
@@ -50,7 +50,7 @@ class Variation:
         return self._n_drawn
 
     def new_generation(self) -> None:
-        """Say that equal innovations of NEAT no longer share a number with those so far."""
+        """Begin a generation of NEAT's innovations: equal ones share a number only within a generation."""
         self._neat.new_generation()
 
     def random(self) -> Solution:
@@ -62,7 +62,7 @@ class Variation:
         )
 
     def mutate(self, parent: Solution, source: str) -> Solution:
-        """Return a mutant: body, controller or both with equal probability, until something changed.
+        """Return a mutant: body, controller or both with equal probability, until something has changed.
 
         Args:
             parent: what to mutate.
@@ -89,7 +89,7 @@ class Variation:
         return {"n_asked": self._n_drawn, "rng": rng_state(self.rng), "neat": self._neat.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go back to what ``state`` returned; other keys are left alone."""
+        """Go back to what ``state`` returned; other keys are ignored."""
         self._n_drawn = state["n_asked"]
         restore_rng(self.rng, state["rng"])
         self._neat.restore(state["neat"])

@@ -1,10 +1,10 @@
-"""Viability Evolution of bodies: who is worse than a moving boundary leaves the population.
+"""Viability Evolution of bodies: those worse than a moving boundary leave the population.
 
 After Maesani, Mattiussi and Floreano (2014), as Zardini et al. (2021) use it, where the fitness is the only
-viability criterion. The paper gives the two population sizes; the published configuration adds how far
-the boundary moves and when. The rest is told here:
+viability criterion. The paper gives the two population sizes; the published configuration adds how far the
+boundary moves and when. The other rules are:
 
-- Every founder starts a family of its own; a mutant belongs to its parent's family.
+- Every founder starts a new family; a mutant belongs to its parent's family.
 - A parent is drawn in two steps: a family with probability inverse to its size, then one of its members
   uniformly. A mutation is repeated until the body differs from its parent's.
 - The boundary starts at the worst fitness of the founders, so that all of them are viable. Being as bad
@@ -35,12 +35,12 @@ TIE: Final = 1e-10
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Candidate:
-    """A body to be tried.
+    """A body to be evaluated.
 
     Attributes:
         morphology: the body.
         family: whose lineage it is of.
-        parent: evaluation that its parent is known by, None for a founder.
+        parent: number of its parent's evaluation, None for a founder.
     """
 
     morphology: Morphology
@@ -55,7 +55,7 @@ class Member:
     Attributes:
         morphology: the body.
         family: whose lineage it is of.
-        number: the evaluation that it is known by.
+        number: of its evaluation.
         fitness: in m, to be minimised.
     """
 
@@ -123,10 +123,10 @@ class ViabilityPopulation:
         return [self._mutant(rng.choice(families[family]), rng) for family in drawn]
 
     def tell(self, judged: Sequence[Member]) -> None:
-        """Let candidates join, now that their fitness is known, and the unviable leave.
+        """Add candidates whose fitness is known now, then remove the unviable.
 
         Args:
-            judged: the candidates that were tried with success, in the order of their numbers.
+            judged: the candidates that did not fail, in the order of their numbers.
         """
         self._members += judged
         if not self._members:
@@ -140,7 +140,7 @@ class ViabilityPopulation:
                 self._members.sort(key=lambda m: (m.fitness, -m.number))
                 self._members = sorted(self._members[: self._size], key=lambda m: m.number)
                 return
-            # rounding must not carry it past the best, who would leave
+            # rounding must not move it past the best body, which would leave
             self._boundary = max(best, self._boundary + self._boundary_rate * (best - self._boundary))
             self._remove_unviable()
 

@@ -3,19 +3,19 @@
 Bodies evolve by Viability Evolution (``viability``), controllers by NEAT (``neat_population``). They meet
 only when they are evaluated, in random pairs. What the paper leaves open:
 
-- **Who is tried.** The bodies and the controllers that have no fitness yet: in generation 0 all founders
-  and all first controllers, later the mutants and the controllers that are no elites. Everybody of them is
-  tried at least once; the smaller side takes turns. A generation has as many evaluations as the larger
-  side members. Should NEAT have nothing but elites, all of them are tried, and judged, again.
+- **What is tried.** The bodies and the controllers that have no fitness yet: in generation 0 all founders and
+  all first controllers, later the mutants and the controllers that are not elites. Each is tried at least
+  once; members of the smaller side take turns. A generation has as many evaluations as the larger side has
+  members. If NEAT has only elites, all of them are tried, and judged, again.
 - **What counts.** The fitness of a body or controller is ``paired_fitness`` of its pairs without a failed
   simulation. A body with none does not join; a controller with none is tried again if it survives.
 - **Lineage.** ``parent`` of a solution is the evaluation in which the parent of its body was tried, the
   best one of several; ``operator`` is ``random`` for founders and ``paired`` for a mutant with a controller
   from NEAT's population, which need not descend from the parent's.
-- **The last generation** may be cut short by the budget. Who is not tried then has no fitness.
+- **The last generation** may be cut short by the budget. What is not tried then has no fitness.
 
 There is no map inside the algorithm. The morphology archive is the reconstruction that the paper compares
-with the others: everybody ever evaluated is offered to it.
+with the others: every evaluation is offered to it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MAX_SIZE = 10_000
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class VieNeatConfig:
-    """Parameters of ViE-NEAT; other algorithms leave them alone.
+    """Parameters of ViE-NEAT; other algorithms ignore them.
 
     Raises:
         InvalidData: a number is out of its range.
@@ -75,7 +75,7 @@ class VieNeatConfig:
             if not least <= getattr(self, name) <= MAX_SIZE:
                 raise InvalidData(f"{name} must be from {least} to {MAX_SIZE}, not {getattr(self, name)}")
         if self.elitism * max(self.species_elitism, 1) >= self.controllers:
-            # these would survive for ever, and nobody new would come
+            # these survive for ever and would leave no place for new controllers
             raise InvalidData(
                 f"elitism x species_elitism ({self.elitism} x {self.species_elitism}) must be smaller than"
                 f" controllers ({self.controllers})"
@@ -89,10 +89,10 @@ class VieNeatConfig:
             )
 
     def check_budget(self, evaluations: int) -> None:
-        """Check that a budget is enough to try everybody once.
+        """Check that a budget is enough for the first generation.
 
         Raises:
-            InvalidData: it is not.
+            InvalidData: the budget is too small.
         """
         least = max(self.morphologies, self.controllers)
         if evaluations < least:
@@ -113,7 +113,7 @@ class VieNeat(Algorithm):
     """ViE-NEAT.
 
     Args:
-        n_inputs: what the controllers sense.
+        n_inputs: how many numbers the controllers sense.
         config: sizes and rates of the two populations.
         stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
@@ -207,7 +207,7 @@ class VieNeat(Algorithm):
         return [p.solution for p in self._pairs]
 
     def tell(self, evaluations: Sequence[Evaluation]) -> None:
-        """Judge both populations by their pairs and let each go on by its own rules."""
+        """Judge both populations by their pairs and advance each by its own rules."""
         ordered = sorted(evaluations, key=lambda e: e.solution.number)
         if not self._pairs or [e.solution for e in ordered] != [p.solution for p in self._pairs]:
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
@@ -258,11 +258,11 @@ class VieNeat(Algorithm):
 
 
 def pair_randomly(n_left: int, n_right: int, rng: random.Random) -> list[tuple[int, int]]:
-    """Pair two populations at random, everybody at least once.
+    """Pair two populations at random, every member at least once.
 
-    There are as many pairs as the larger population has members. Of the larger one everybody is in one
-    pair; the members of the smaller one take turns, so that two of them differ by one pair at most, and
-    who has one more is drawn. For equal sizes the pairing is one-to-one.
+    There are as many pairs as the larger population has members. Each member of the larger one is in one
+    pair. Members of the smaller one take turns, so their numbers of pairs differ by one at most, and chance
+    decides which have one more. For equal sizes the pairing is one-to-one.
 
     Returns:
         Pairs of indices, no pair twice; empty if a population is.
@@ -276,7 +276,7 @@ def pair_randomly(n_left: int, n_right: int, rng: random.Random) -> list[tuple[i
 
 
 def paired_fitness(fitnesses: Sequence[float]) -> float:
-    """Return mean + 1/2 (max - mean) of the fitnesses, to be minimised, that somebody got with its partners.
+    """Return mean + 1/2 (max - mean) of an individual's fitnesses with its partners, to be minimised.
 
     Zardini et al. 2021, equation 2. With one partner it is that fitness, to the last bit.
 
@@ -284,7 +284,7 @@ def paired_fitness(fitnesses: Sequence[float]) -> float:
         ValueError: there is none.
     """
     if not fitnesses:
-        raise ValueError("somebody without a partner has no fitness")
+        raise ValueError("an individual without a partner has no fitness")
     mean = sum(fitnesses) / len(fitnesses)
     # never -0.0, whose sign a run file would not keep
     return mean + 0.5 * (max(fitnesses) - mean) + 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ from engine.simulation.physics import Physics
 class SimulationBatch:
     """Robots with the same number of modules, each simulated in several copies.
 
-    A simulation that diverges is stopped and its failure kept; the others do not notice.
+    A simulation that diverges is stopped and its failure kept; the others are not affected.
 
     Args:
         robots: the compiled robots.
@@ -95,7 +96,7 @@ class SimulationBatch:
 
     @property
     def alive(self) -> np.ndarray:
-        """(robots, copies) whether a simulation goes on."""
+        """(robots, copies) whether a simulation is still running."""
         return self._alive.reshape(self.shape)
 
     def state(self) -> np.ndarray:
@@ -103,10 +104,9 @@ class SimulationBatch:
         return self._batch.state.reshape(*self.shape, -1).copy()
 
     def branch(self, other: SimulationBatch) -> None:
-        """Continue from another batch's robots, whose only copy is copied to all of this one's.
+        """Continue from another batch, which has one copy of each robot; every copy here starts from it.
 
-        In a world with walls, which the other batch has not, the robots' past cannot be simulated again
-        and is forgotten.
+        Where walls have been put up in between, the robots' past cannot be simulated again and is forgotten.
         """
         self._batch.state[:] = np.repeat(other._batch.state, self.shape[1], axis=0)
         self.n_updates = other.n_updates
@@ -141,5 +141,47 @@ class SimulationBatch:
             self.failures[i] = self._history.failure(i, self.n_updates, reason)
 
 
-BatchObserver = Callable[[SimulationBatch], None]
+class Simulations(Protocol):
+    """Simulations as an observer sees them, whatever simulates: R robots in C copies each."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(R, C)."""
+
+    @property
+    def n_modules(self) -> int:
+        """Number of modules of every robot."""
+
+    @property
+    def n_updates(self) -> int:
+        """Control updates since the robots were dropped."""
+
+    @property
+    def time(self) -> float:
+        """Seconds since then."""
+
+    @property
+    def failures(self) -> Sequence[Failure | None]:
+        """Why each simulation was stopped, None for those that go on; robot by robot."""
+
+    @property
+    def alive(self) -> np.ndarray:
+        """(R, C) whether a simulation goes on."""
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """(R, C, 7 x rods) generalised coordinates, in MuJoCo's order."""
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """(R, C, modules, 5) commanded lengths of the internal cables, in m."""
+
+    def model(self, i: int) -> mujoco.MjModel:
+        """Return the model of a simulation, robot by robot, which must not be changed."""
+
+    def state(self) -> np.ndarray:
+        """Return a copy of the (R, C, n) complete states of MuJoCo (``mjSTATE_INTEGRATION``)."""
+
+
+BatchObserver = Callable[[Simulations], None]
 """Called after every control update; may raise to abandon the roll-out."""

@@ -1,7 +1,7 @@
 """Tells simulations that have diverged from healthy ones, after every control update.
 
-Judging 64 simulations of six modules takes 0.07 to 0.09 ms, less than 0.3 % of what simulating their
-update does.
+Judging 64 simulations of six modules takes 0.07 to 0.09 ms, less than 0.3 % of the time that their update
+takes.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Guard:
         }
 
     def _reason(self, i: int, reach: float, speed: float, size: float, warnings: np.ndarray) -> str:
-        # MuJoCo resets a simulation after a warning, so that its state says nothing any more
+        # MuJoCo resets a simulation after a warning, so its state is meaningless
         for warning, meaning in _WARNINGS.items():
             if warnings[warning]:
                 return meaning
@@ -88,7 +88,7 @@ def speed_limit(robot: RobotModel) -> float:
     ``inertia_scale``: at the default of 10 it is from 8.3 to 18.2 m/s, depending on the stiffness, while
     healthy rods reach 2.4 m/s when the built module is let go and 0.6 m/s when it crawls.
 
-    Where each module has its own stiffness, every one is taken to have the stiffest one's share.
+    Where each module has its own stiffness, all are assumed to give as much energy as the stiffest.
     """
     model, data = robot.model, mujoco.MjData(robot.model)
     mujoco.mj_fwdPosition(model, data)
@@ -104,12 +104,12 @@ def speed_limit(robot: RobotModel) -> float:
 BLOCK: Final = 50
 """Control updates between two complete states that are kept, 1 s by default.
 
-Keeping the commands of every update and a complete state once a block, instead of a complete state of
-every update, costs a tenth of the time and a twentieth of the memory: 2.7 MB for 64 simulations of six
-modules. From there MuJoCo gives the same bits again.
+Keeping the commands of every update and a complete state once a block, instead of a complete state of every
+update, costs a tenth of the time and a twentieth of the memory: 2.7 MB for 64 simulations of six modules.
+From such a state MuJoCo repeats the rest bit for bit.
 """
 MAX_UPDATES: Final = 2 * BLOCK
-"""Most control updates that a failure remembers."""
+"""Largest number of control updates that a failure keeps."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +117,7 @@ class Failure:
     """A simulation that was stopped, and its last K control updates; K is at most ``MAX_UPDATES``.
 
     Attributes:
-        reason: why, in a few words for people.
+        reason: why, in a few words.
         n_updates: control updates since the drop, the last one included.
         state: (n,) the complete state (``mjSTATE_INTEGRATION``) before those K updates.
         controls: (K, modules x 5) commanded lengths of the internal cables at each of them, in m, in
@@ -134,7 +134,7 @@ class Failure:
 
 
 class History:
-    """The last one to two blocks of every simulation of a batch.
+    """The history of a batch: the last one to two blocks of every simulation.
 
     Args:
         n_simulations: in the batch.
@@ -148,7 +148,7 @@ class History:
         self._first = 0
 
     def remember(self, n_updates: int, state: np.ndarray, controls: np.ndarray) -> None:
-        """Keep what the next control update starts from.
+        """Keep the states and controls that the next control update starts from.
 
         Args:
             n_updates: control updates so far.
@@ -160,17 +160,17 @@ class History:
         self._controls[n_updates % MAX_UPDATES] = controls
 
     def begin(self, n_updates: int) -> None:
-        """Forget everything before a control update: the world is another one from there on."""
+        """Forget everything before a control update, because the world changes there."""
         self._first = n_updates
 
     def branch(self, other: History, copies: int) -> None:
-        """Take over another history, each of whose simulations goes on in several copies."""
+        """Take over another history; each of its simulations continues in several copies."""
         self._first = other._first
         self._states[:] = np.repeat(other._states, copies, axis=1)
         self._controls[:] = np.repeat(other._controls, copies, axis=1)
 
     def failure(self, i: int, n_updates: int, reason: str) -> Failure:
-        """Return what led to the failure of a simulation.
+        """Return the failure of a simulation with its last control updates.
 
         Args:
             i: the simulation.

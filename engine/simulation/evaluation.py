@@ -1,7 +1,7 @@
 """Solutions in, evaluations out.
 
-An evaluation is a pure function of the solution, the task, the physics and the seeds, so it does not
-matter who computes it, when, or together with what.
+An evaluation is a pure function of the solution, the task, the physics and the seeds, so it does not matter
+where, when and in which group it is computed.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
-from engine.simulation.rollout import BatchObserver, Head, Trials
+from engine.simulation.rollout import BatchObserver, Head, TrialResults
 from engine.simulation.trials import StartedTrials, TrialConfig, start_trials, trials_of
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
 CHUNK: Final = 8
-"""Solutions simulated together; what is finished is handed on chunk by chunk."""
+"""Solutions simulated together; evaluations are yielded chunk by chunk."""
 
 
 Stage = Literal["settling", "head-search", "trial"]
-"""What a simulation of an evaluation is for."""
+"""The purpose of a simulation within an evaluation."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """A pair of body and controller that an algorithm wants to know about.
+    """An individual, body and controller, that an algorithm wants evaluated.
 
     Attributes:
         number: counts the run's evaluations from 0; the seeds follow from it.
@@ -79,12 +79,12 @@ class Solution:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Evaluation:
-    """What was learnt about a solution.
+    """The result of evaluating a solution.
 
     Attributes:
         solution: what was evaluated.
         fitness: in m, to be minimised; None if a simulation failed.
-        distances: (targets, repeats) final distances in m, or how else the task scores the end.
+        distances: (targets, repeats) final distances in m, or the task's own scores.
         trajectory: (targets, seconds, 2) float32 head positions at 1 Hz in the settled head's frame,
             averaged over the repeats, in m: the sensory data.
         head_is_end: whether the chain's last module is the head.
@@ -101,11 +101,11 @@ class Evaluation:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class FailedTrial:
-    """The first simulation of a solution's evaluation that failed.
+    """The first simulation that failed in the evaluation of a solution.
 
     Attributes:
         solution: what was evaluated.
-        head_is_end: whether the chain's last module is the head, as far as it was found out.
+        head_is_end: whether the chain's last module is the head, as far as known.
         stage: where it failed: ``settling``, ``head-search`` or ``trial``.
         target, repeat: which trial, None in another stage.
         failure: why, and the simulation's last control updates.
@@ -122,11 +122,11 @@ class FailedTrial:
 
 
 FailureKeeper = Callable[[FailedTrial], str]
-"""Keeps a failure somewhere; returns what the evaluation's ``failure`` adds to the reason, such as where."""
+"""Stores a failure; returns a note for the evaluation's ``failure``, such as the name of the file."""
 
 
 class LocalEvaluator:
-    """Evaluates on the threads of this machine.
+    """Evaluates solutions on the threads of this machine.
 
     Args:
         task: what the robots are asked to do.
@@ -186,14 +186,14 @@ class LocalEvaluator:
         return evaluations
 
     def _first_failure(
-        self, solution: Solution, result: Trials, started: StartedTrials, robot: int
+        self, solution: Solution, result: TrialResults, started: StartedTrials, robot: int
     ) -> FailedTrial | None:
-        """Return the first failure of a robot's evaluation, given those of its stages; None without any."""
+        """Return the first of the failures of a robot's stages, or None."""
         stage: Stage = "trial"
         target = repeat = None
         walls: tuple[Wall, ...] = ()
         settling = started.settling[robot]
-        failure = settling or started.head_search[robot]  # a later stage does not try what fails in settling
+        failure = settling or started.head_search[robot]  # no search after a failed settling
         if failure is not None:
             stage = "settling" if settling else "head-search"
         elif result.failed is not None:
@@ -213,7 +213,7 @@ class LocalEvaluator:
         )
 
     def _summarise(
-        self, solution: Solution, result: Trials, head: Head, failed: FailedTrial | None
+        self, solution: Solution, result: TrialResults, head: Head, failed: FailedTrial | None
     ) -> Evaluation:
         shape = (self._task.n_targets, self._trials.repeats)
         distances = result.scores.reshape(shape)

@@ -30,6 +30,8 @@ mujoco.MjLogConfig.set(_log)
 DROP_HEIGHT: Final = 0.082
 """Height of the chain's axis above the ground at the start, in metres."""
 GRAVITY: Final = 9.81
+NEWTON_TOLERANCE: Final = 1e-12
+"""Tolerance of MuJoCo's Newton solver: below it nothing changes within a trial's rounding."""
 CONTACT_SOLIMP: Final = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Constraint impedance of every contact; MuJoCo's default lets friction creep by millimetres a second."""
 
@@ -59,10 +61,9 @@ def face_rods(face: int) -> tuple[int, ...]:
 def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray]]:
     """Return per module its turn and its centre (3,) in metres as built, the chain along +x.
 
-    The published simulator builds the chain along (1, 1, 1) in a frame whose y axis is up and lays it
-    down by one turn of 45 degrees about z. Which turn it is decides the side that a robot falls on; of
-    all turns about the chain's axis this one leaves the reference robots' modules at the published
-    heights.
+    The published simulator builds the chain along (1, 1, 1) in a frame whose y axis is up and lays it down by
+    one turn of 45 degrees about z. The turn decides on which side a robot falls; of all turns about the
+    chain's axis this one leaves the modules of the reference robots at the published heights.
     """
     return _placements(morphology.faces)
 
@@ -100,10 +101,10 @@ def chain_spec(
         levels: per module its stiffness level, 1 to 10.
         faces: per module the face, 1 to 8, that the next module attaches to.
         physics: how it is simulated.
-        gravity: whether there is any.
+        gravity: whether gravity acts.
 
     Returns:
-        What ``build_spec`` does, with the same names.
+        A description with the same names as ``build_spec``'s.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"tsmr_{len(faces)}x{'_'.join(map(str, sorted(set(levels))))}"
@@ -122,7 +123,7 @@ def chain_spec(
 
 
 class _Rods:
-    """The rods of a robot that is being described: a description finds a body by its name slowly."""
+    """The rods of a robot that is being described; looking them up there by name is slow."""
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
         self.spec = spec
@@ -163,9 +164,9 @@ def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = Tru
 def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:
     """Compile a robot in a world with walls, at their places in the world.
 
-    Describing a robot is what takes long (10 to 50 ms); compiling a description again takes 1 to 5 ms,
-    so every trial can have walls of its own, with bounding volumes that fit them. The state of such a
-    model has the layout of the robot's own.
+    Describing a robot takes long (10 to 50 ms); compiling the description again takes 1 to 5 ms, so every
+    trial can have its own walls, with bounding volumes that fit them. The state has the same layout as
+    without walls.
     """
     if not walls:
         return robot.model
@@ -179,8 +180,12 @@ def _set_options(spec: mujoco.MjSpec, physics: Physics, gravity: bool) -> None:
     spec.option.gravity = [0.0, 0.0, -GRAVITY / physics.inertia_scale if gravity else 0.0]
     # implicitfast would solve for contact forces without the cables' damping and apply them with it
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    # no mass couples two rods, so that PGS has little to do: Newton's results in two thirds of its time
-    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    if physics.simulator == "mujoco-pgs":
+        # wrong in 1 to 6 % of states (docs/physics.md); runs that were made with it are repeated with it
+        spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    else:
+        spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+        spec.option.tolerance = NEWTON_TOLERANCE
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = physics.impratio
 
@@ -219,10 +224,10 @@ def _add_module(
 
 
 def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Physics) -> None:
-    """Give a rod a slender rod's inertia, with a spin part that an integrator can live with.
+    """Give a rod a slender rod's inertia, with a spin part large enough for stable integration.
 
-    The true spin inertia is some 500 times smaller than the transverse one and nothing in the task
-    feels it; 0.3 of the transverse part keeps every integrator stable.
+    The true spin inertia is some 500 times smaller than the transverse one and no task depends on it; 0.3 of
+    the transverse part keeps every integrator stable.
     """
     mass = t.SERVO_ROD_MASS if rod == t.SERVO_ROD else t.ROD_MASS
     mass *= physics.inertia_scale

@@ -1,23 +1,28 @@
-"""What a run may choose of the physics, and which time steps the integrator survives.
+"""The physics that a run can set, and the time steps at which the integrator stays stable.
 
 Friction, contact, inertia and noise are set here, in ``Physics``; ``model`` turns them into a MuJoCo model.
 
-The integrator is explicit in the cables' forces. How fast the cables brake the lightest bodies that they
-hold, and how fast these swing, limits the time step. Both rates fall with the inertia, which is scaled; the
-forces are not.
+The integrator is explicit in the cables' forces. Two rates limit the time step: how fast the cables brake the
+lightest bodies that they hold, and how fast these swing. Both rates fall as the scaled inertia grows; forces
+are not scaled.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Final
+from typing import Final, Literal
 
 from engine.body import module as t
 from engine.errors import InvalidData
 
 MOST_PARTS: Final = 100_000
-"""Most time steps in a control period, and most of those in a second: a run file may come from anywhere."""
+"""Largest number of time steps in a control period, and of control periods in a second: run files may come
+from strangers.
+"""
+
+
+Simulator = Literal["mujoco-pgs", "mujoco", "kernel"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,10 +30,13 @@ class Physics:
     """How the robot is simulated; part of a run's configuration.
 
     Friction is the published rod-on-ground coefficient. The contact's hardness, bounce and impedance ratio
-    were chosen on robots that the published simulator replayed, among those whose results do not hang on
-    the time step; ``docs/physics.md`` says how well they do and where they do not.
+    were chosen by robots that the published simulator replayed, among values whose results do not depend on
+    the time step; ``docs/physics.md`` says where they match and where they do not.
     """
 
+    simulator: Simulator = "mujoco-pgs"
+    """What simulates: mujoco-pgs, MuJoCo as older runs used it; mujoco, with Newton's solver, the reference;
+    kernel, the same equations ten to twenty times faster."""
     timestep: float = 0.0025
     """Step of the integrator, in s."""
     control_period: float = 0.02
@@ -36,8 +44,9 @@ class Physics:
     inertia_scale: float = 10.0
     """Factor on every inertia (mass scaling), with gravity divided by it so that weights stay real."""
     rod_inertia: float = 3.0
-    """Further factor on the rotational inertia of the plain rods (selective mass scaling): their own turning
-    is the fastest motion of a module and what limits the time step."""
+    """Further factor on the rotational inertia of the plain rods (selective mass scaling): their turning is
+    the fastest motion of a module and limits the time step.
+    """
     friction: float = 0.5
     """Sliding friction coefficient of every contact."""
     impratio: float = 100.0
@@ -50,7 +59,7 @@ class Physics:
     """Standard deviation of the noise on every commanded internal cable length, in m."""
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in dataclasses.fields(self) if f.name != "servo_noise"):
+        for name in (f.name for f in dataclasses.fields(self) if f.name not in ("simulator", "servo_noise")):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
         if not 1e-3 <= self.inertia_scale <= 1e3:
@@ -77,11 +86,11 @@ class Physics:
 
 
 ROD_BRAKING_RATE: Final = 12_700.0
-"""Largest rate in 1/s at which the cables brake a turning rod, all inertia real."""
+"""Largest rate in 1/s at which the cables brake a turning rod, at real inertia."""
 MODULE_BRAKING_RATE: Final = 5_100.0
-"""The same where rods turn so heavily that other motions of a module are the fastest."""
+"""The same, when the rods' rotational inertia is so large that other motions of a module are the fastest."""
 SWINGING_RATE: Final = 1265.0
-"""Largest angular frequency in rad/s of a module, at relative stiffness 1.0, all inertia real.
+"""Largest angular frequency in rad/s of a module, at relative stiffness 1.0 and real inertia.
 
 The three are the extreme eigenvalues of settled modules, released and contracted, linearised with the
 damping and the stiffness of all their cables; rounded up.
@@ -100,10 +109,11 @@ def largest_timestep(physics: Physics) -> float:
 
 
 def check_timestep(physics: Physics) -> None:
-    """Refuse a time step at which robots would fly apart or bounce on energy out of nothing.
+    """Refuse a time step at which robots would fly apart or gain energy from contacts.
 
     Raises:
-        InvalidData: the time step is larger than the inertia or the contacts allow; names one that is not.
+        InvalidData: the time step is larger than the inertia or the contacts allow; the message names one
+            that fits.
     """
     for limit, what in (
         (largest_timestep(physics), f"inertia_scale {physics.inertia_scale:g}, robots would fly apart"),
@@ -121,10 +131,10 @@ def check_timestep(physics: Physics) -> None:
 
 
 def with_inertia(physics: Physics, inertia_scale: float) -> Physics:
-    """Return a physics with another inertia, as far from instability as it was.
+    """Return a physics with another inertia and the same margin of stability.
 
-    A scale of 1 is the real inertia: then the rods' is real too, ``rod_inertia`` is 1. The time step follows
-    what is stable, down to the next whole fraction of the control period.
+    A scale of 1 is the real inertia, of the rods too: ``rod_inertia`` becomes 1. The time step follows the
+    largest stable one, rounded down to a whole fraction of the control period.
 
     Raises:
         InvalidData: the scale is out of range, or so small that a control period would need too many steps.

@@ -1,4 +1,4 @@
-"""What computes: the processor's features and the versions that decide the last bits of a simulation."""
+"""The kind of computer: the processor's features and the versions that decide a simulation's last bits."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
 
 
 MAX_TEXT: Final = 200
-"""Characters of a fact that are read from a run file."""
+"""Largest number of characters that are read of a fact in a run file."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Computer:
-    """A kind of computer: where two are equal, so are the bits that they compute.
+    """A kind of computer; computers of the same kind compute the same bits.
 
     Attributes:
         machine: its architecture, such as ``x86_64``.
@@ -47,7 +47,7 @@ class Computer:
         """Read one back from its fields.
 
         Raises:
-            InvalidData: it is not of that form.
+            InvalidData: the fields do not describe a computer.
         """
         names = [f.name for f in dataclasses.fields(cls)]
         if not isinstance(data, dict) or not all(isinstance(data.get(n), str) for n in names):
@@ -61,7 +61,7 @@ class Computer:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Origin:
-    """Where an evaluation comes from: what computed it, and in how many CPU seconds, if that was measured."""
+    """The origin of an evaluation: the computer, and its CPU seconds if they were measured."""
 
     computer: Computer
     seconds: float | None = None
@@ -69,7 +69,7 @@ class Origin:
 
 @functools.cache
 def this_computer() -> Computer:
-    """Return what this process runs on."""
+    """Return the kind of computer that this process runs on."""
     return Computer(
         machine=platform.machine(),
         simd=_simd(),
@@ -89,7 +89,7 @@ def differing(computers: Sequence[Computer]) -> list[str]:
 
 
 def processor_facts() -> dict[str, str]:
-    """Return what Linux says of the first processor, such as its ``model name``; elsewhere nothing."""
+    """Return Linux's facts about the first processor, such as its ``model name``; empty on other systems."""
     try:
         text = _CPUINFO.read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -99,9 +99,9 @@ def processor_facts() -> dict[str, str]:
 
 
 def instruction_sets() -> set[str]:
-    """Return the processor's features as the system names them; none where nothing says so."""
+    """Return the processor's features as the system names them; empty where it does not list them."""
     facts = processor_facts()
-    # ARM's are called otherwise
+    # ARM uses other names
     return set(facts.get("flags", facts.get("Features", "")).split())
 
 
@@ -112,7 +112,7 @@ def _simd() -> str:
 
 @functools.cache
 def body_fingerprint() -> str:
-    """Return a hash of how bodies are modelled, apart from what ``Physics`` says.
+    """Return a hash of how bodies are modelled, apart from the values of ``Physics``.
 
     Two versions of the program whose fingerprints differ simulate the same robot differently.
     """
@@ -133,10 +133,10 @@ def body_fingerprint() -> str:
 
 
 def versions(task: str = "") -> dict[str, str]:
-    """Return the versions of what decides a run's outcome.
+    """Return the versions of everything that decides a run's outcome.
 
     Args:
-        task: the run's; if it comes from a file of the user's, its hash is one of them.
+        task: name of the run's task; if it comes from a user's file, the file's hash is included.
     """
     packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
     found = {

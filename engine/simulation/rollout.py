@@ -1,8 +1,8 @@
 """Closed-loop roll-outs of many robots at once.
 
-A trial goes through three phases: the robot is dropped and settles without actuation; the target is
-placed, and walls are put up, relative to the settled head; the controller drives the robot. Which end is
-the head is found once per robot, on a branch of its own without walls: 10 s open loop after settling.
+A trial goes through three phases: the robot is dropped and settles without actuation; the target is placed,
+and walls are put up, relative to the settled head; the controller drives the robot. Which end is the head is
+found once per robot, on a separate branch without walls: 10 s open loop after settling.
 
 Results are the same bits whatever the number of threads and whichever robots share a call.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Protocol
 
 import mujoco
 import numpy as np
@@ -21,7 +21,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.simulation.batch import BatchObserver, SimulationBatch
+from engine.simulation.batch import BatchObserver, SimulationBatch, Simulations
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
@@ -52,7 +52,7 @@ class Head:
 
     @classmethod
     def of(cls, morphology: Morphology, is_end: bool) -> Head:
-        """Return the head of a robot for a known direction."""
+        """Return the head of a robot whose head is known to be the end, or the start, of the chain."""
         module = morphology.n_modules - 1 if is_end else 0
         face = morphology.faces[module]
         opposite = t.OPPOSITE_FACE[face]
@@ -135,11 +135,12 @@ def find_heads(
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Trials:
-    """What the trials of one robot gave; S trials.
+class TrialResults:
+    """The results of one robot's S trials.
 
     Attributes:
-        scores: (S,) how the task scores the end, in m: for most the distance from head to target.
+        scores: (S,) the task's scores of the final states in m, for most tasks the distance from head to
+            target.
         trajectory: (S, seconds + 1, 2) head position at 1 Hz in the settled head's frame, x ahead, y
             left, in m; the first is the origin.
         failures: (S,) why a trial failed, or None.
@@ -155,6 +156,44 @@ class Trials:
         return next((k for k, f in enumerate(self.failures) if f), None)
 
 
+class RollOut(Protocol):
+    """Settled robots under way to their targets, whatever simulates them: R robots in C copies each."""
+
+    @property
+    def sim(self) -> Simulations:
+        """The simulations."""
+
+    @property
+    def walls(self) -> Sequence[Sequence[tuple[Wall, ...]]]:
+        """Per robot and copy the walls as they stand in the world."""
+
+    @property
+    def targets(self) -> np.ndarray:
+        """(R, C, 2) the targets in the world, in m."""
+
+    @property
+    def sensed(self) -> np.ndarray | None:
+        """(R, C, inputs) what the controllers sensed at the last update, None before the first."""
+
+    def head(self) -> np.ndarray:
+        """Return (R, C, 2) head positions in the settled head's frame, in m."""
+
+    def from_world(self, point: np.ndarray) -> np.ndarray:
+        """Convert a (2,) point from the world to the first settled head's frame, in m."""
+
+    def view(self) -> View:
+        """Return the task's view of the present moment."""
+
+    def scores(self) -> np.ndarray:
+        """Return the task's scores of the present state, (R, C) in m."""
+
+    def update(self) -> None:
+        """Sense, think, act for one control period."""
+
+    def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
+        """Run to the end and return one result per robot."""
+
+
 class ClosedLoop:
     """Drives settled robots with their controllers towards targets.
 
@@ -165,8 +204,8 @@ class ClosedLoop:
         controllers: one per robot.
         targets: (robots, copies, 2) targets in the settled head's frame: x ahead, y left, in m.
         seeds: per robot and copy the seed of its actuation noise.
-        task: what the controllers sense and how the end scores.
-        walls: per copy the walls in the settled head's frame, equally many for all; by default none.
+        task: decides what the controllers sense and how the final state scores.
+        walls: per copy the walls in the settled head's frame, the same number for each; by default none.
     """
 
     def __init__(
@@ -214,11 +253,11 @@ class ClosedLoop:
         return self._frame.from_world(front)
 
     def from_world(self, point: np.ndarray) -> np.ndarray:
-        """Return where a (2,) point of the world is in the first settled head's frame, in m."""
+        """Convert a (2,) point from the world to the first settled head's frame, in m."""
         return self._frame.from_world(point[None, None])[0, 0]
 
     def view(self) -> View:
-        """Return what the task gets to see now."""
+        """Return the task's view of the present moment."""
         front, rear = self._sensor.faces(self.sim)
         return View(
             front=front,
@@ -232,7 +271,7 @@ class ClosedLoop:
         )
 
     def scores(self) -> np.ndarray:
-        """Return how the task scores the present state, (robots, copies) in m."""
+        """Return the task's scores of the present state, (robots, copies) in m."""
         return scores(self._task, self.view(), self.sim.alive)
 
     def update(self) -> None:
@@ -246,7 +285,7 @@ class ClosedLoop:
         command = np.take_along_axis(command, self._order[:, None], axis=2)
         self.sim.step(servo.target_lengths(command) + self._noise.next())
 
-    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[Trials]:
+    def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""
         per_second = round(1.0 / self._physics.control_period)
         path = [self.head()]
@@ -262,12 +301,12 @@ class ClosedLoop:
         results = []
         for r in range(self.sim.shape[0]):
             failures = tuple(self.sim.failures[r * n : (r + 1) * n])
-            results.append(Trials(final[r], trajectory[r], failures))
+            results.append(TrialResults(final[r], trajectory[r], failures))
         return results
 
 
 class _Noise:
-    """Gaussian noise, one stream per simulation, so that no simulation feels another's presence."""
+    """Gaussian noise, one stream per simulation, so that no simulation depends on another."""
 
     def __init__(
         self, seeds: Sequence[Sequence[Sequence[int]]], shape: tuple[int, int], sigma: float

@@ -1,4 +1,4 @@
-"""A small simulation whose outcome is known: does this installation compute what it should?
+"""A small simulation with a recorded outcome, to test whether an installation computes correctly.
 
 ``python -m engine.simulation.self_check`` records it anew, after the physics has been changed on purpose.
 """
@@ -24,18 +24,18 @@ from engine.tasks import GOAL_REACHING
 
 FILE: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"
 TOLERANCE: Final = 1e-4
-"""Metres by which a processor with other instructions may differ after this short time."""
+"""Largest deviation in m that another instruction set may cause in this short time."""
 TRIALS: Final = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1.0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Comparison:
-    """The known simulation, simulated here.
+    """The outcome on this computer, compared with the recorded one.
 
     Attributes:
         deviation: largest difference in m of a final distance or a head position.
-        same_body: whether bodies are modelled as they were.
-        recorded_with: the version of MuJoCo that it was recorded with.
+        same_body: whether bodies are modelled as they were when it was recorded.
+        recorded_with: the version of MuJoCo with which it was recorded.
     """
 
     deviation: float
@@ -44,12 +44,12 @@ class Comparison:
 
     @property
     def good(self) -> bool:
-        """Whether it comes out as it should."""
+        """Whether the outcome agrees with the recorded one."""
         return self.same_body and self.deviation <= TOLERANCE
 
 
 def compare() -> Comparison:
-    """Simulate it and compare."""
+    """Simulate the recorded simulation again and compare."""
     known = json.loads(FILE.read_text(encoding="utf-8"))
     solution = Solution(
         number=0,
@@ -67,7 +67,7 @@ def compare() -> Comparison:
 
 
 def record() -> None:
-    """Write what it comes to now."""
+    """Record the present outcome."""
     rng = random.Random(0)
     neat = Neat(n_inputs=GOAL_REACHING.n_inputs)
     controller = neat.random(rng)

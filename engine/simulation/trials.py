@@ -1,10 +1,10 @@
-"""What a robot is tried at, and the one way in which trials begin: settling, the head, target and walls."""
+"""The trials of a robot, and the one way in which they begin: settling, head search, target and walls."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from engine.simulation.rollout import (
     BatchObserver,
     ClosedLoop,
     Head,
+    RollOut,
     build_robots,
     find_heads,
     settle,
@@ -27,7 +28,7 @@ from engine.tasks.walls import Wall
 
 MAX_REPEATS: Final = 100
 LONGEST: Final = 1000.0
-"""Seconds of any part of a trial, at most: a replay keeps its frames, and runs may come from anywhere."""
+"""Longest part of a trial in seconds: a replay keeps all its frames, and runs may come from strangers."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,12 +55,12 @@ class TrialConfig:
 
 
 def fresh_number(number: int, sample: int) -> int:
-    """Return the number under which a solution gets noise of its own, instead of that of its evaluation.
+    """Return the number whose noise a solution gets: that of its evaluation, or fresh noise.
 
     Args:
         number: of the solution.
-        sample: 0 for the recorded noise; any other number for noise that no evaluation of the run has, and
-            no other sample of this solution.
+        sample: 0 for the recorded noise; any other number for fresh noise, which neither an evaluation of the
+            run nor another sample of this solution has.
     """
     # no run has as many evaluations
     return number + sample * 2**32
@@ -91,8 +92,8 @@ def trials_of(task: Task, n_modules: int, repeats: int) -> list[Trial]:
     """Return all trials of an evaluation, in its order: every noise seed of the first target, then the next.
 
     Args:
-        task: that places targets and walls.
-        n_modules: of the robots; worlds may depend on it.
+        task: places targets and walls.
+        n_modules: of the robots; walls may depend on it.
         repeats: noise seeds per target.
     """
     places = zip(target_offsets(task), worlds(task, n_modules), strict=True)
@@ -108,12 +109,12 @@ class StartedTrials:
     """Robots that have settled, at the start of their trials.
 
     Attributes:
-        loop: drives them: every robot in every trial.
+        loop: drives every robot in every trial.
         heads: which end of each is its head.
-        settling, head_search: per robot why that part failed, or None.
+        settling, head_search: per robot why this part failed, or None.
     """
 
-    loop: ClosedLoop
+    loop: RollOut
     heads: list[Head]
     settling: list[Failure | None]
     head_search: list[Failure | None]
@@ -135,26 +136,52 @@ def start_trials(
 ) -> StartedTrials:
     """Let robots of one size settle, find their heads, and place targets and walls.
 
-    Whatever simulates a trial starts here, so that a replay or a what-if is what an evaluation would be.
+    Every simulation of a trial starts here, so a replay or a what-if equals the evaluation.
 
     Args:
         morphologies: the robots' bodies, all with equally many modules.
         controllers: one per robot.
-        trials: what every robot is tried at.
-        numbers: per robot that of the evaluation whose noise it gets, see ``noise_seed``.
+        trials: of every robot.
+        numbers: per robot the number of the evaluation whose noise it gets, see ``noise_seed``.
         run_seed: first part of every noise seed.
-        task: what the controllers sense and how the end scores.
+        task: decides what the controllers sense and how the final state scores.
         physics: how the robots are simulated.
-        times: how long they settle and are looked for their heads.
-        heads: their heads where these are known; they are not looked for then.
+        times: how long settling and head search last.
+        heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
         observer: sees the robots settle.
     """
+    offsets = np.array([trial.offset for trial in trials])
+    if physics.simulator == "kernel":
+        # Numba takes a second to import, and MuJoCo's runs do without
+        from engine.simulation.kernel import rollout as kernel
+
+        common: dict[str, Any] = {"physics": physics, "n_threads": n_threads}
+        robots = build_robots(morphologies, physics)
+        at_rest = kernel.settle(robots, morphologies, duration=times.settle_time, observer=observer, **common)
+        lost: list[Failure | None] = [None] * len(robots)
+        if heads is None:
+            heads, lost = kernel.find_heads(at_rest, morphologies, duration=times.open_loop_time, **common)
+        return StartedTrials(
+            kernel.KernelLoop(
+                at_rest,
+                heads=heads,
+                controllers=controllers,
+                targets=offsets,
+                noise=[[(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers],
+                task=task,
+                walls=[trial.walls for trial in trials],
+                **common,
+            ),
+            list(heads),
+            [robot.failure for robot in at_rest],
+            lost,
+        )
     robots = build_robots(morphologies, physics)
     settled = settle(
         robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
     )
-    lost: list[Failure | None] = [None] * len(robots)
+    lost = [None] * len(robots)
     if heads is None:
         heads, lost = find_heads(
             settled,
@@ -164,7 +191,6 @@ def start_trials(
             n_threads=n_threads,
             duration=times.open_loop_time,
         )
-    offsets = np.array([trial.offset for trial in trials])
     loop = ClosedLoop(
         settled,
         robots,

@@ -1,4 +1,4 @@
-"""What is the matter with a run file, if anything."""
+"""Checks a run file: is it whole, can it be resumed, is a process writing it?"""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Finding:
     """One line of a check.
 
     Attributes:
-        verdict: ``ok``, a ``note`` that nothing hangs on, or a ``problem``.
+        verdict: ``ok``, a ``note`` without consequences, or a ``problem``.
         text: what was found.
         remedy: what to do, for all but ``ok``.
     """
@@ -39,7 +39,7 @@ class Finding:
 
 
 def check_run(path: Path) -> Iterator[Finding]:
-    """Look at a run file from its first byte to the versions that made it; it is only read."""
+    """Check a run file, from its first byte to the versions that made it, without writing to it."""
     try:
         with RunReader(path) as reader:
             config = reader.config
@@ -84,7 +84,7 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
     budget, n = reader.config.evaluations, reader.n_evaluations()
     closed = generations[-1].n_evaluations if generations else 0
     failed = generations[-1].n_failed if generations else 0
-    state = "finished" if closed >= budget else "can be gone on with"
+    state = "finished" if closed >= budget else "can be resumed"
     if reader.projection is not None:
         state = "a projection"
     yield Finding(
@@ -106,10 +106,10 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         "changes of archives belong to generations that do not exist": (
             "SELECT DISTINCT generation FROM placements WHERE generation > ?1"
         ),
-        "states to go on from are not of the last generation": (
+        "states to resume from are not of the last generation": (
             "SELECT generation FROM state WHERE generation <> ?1"
         ),
-        "digests are of evaluations that do not exist": (
+        "digests belong to evaluations that do not exist": (
             "SELECT number FROM digests WHERE number NOT IN (SELECT number FROM evaluations)"
             " AND ?1 IS NOT NULL"
             if reader.format_version > 1
@@ -128,7 +128,7 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         yield Finding("problem", f"{closed} evaluations were counted, {n_up_to_last} are there", recover)
     if last >= 0 and not db.execute("SELECT 1 FROM state").fetchone() and reader.projection is None:
         clean = False
-        yield Finding("problem", "the state to go on from is missing", recover)
+        yield Finding("problem", "the state to resume from is missing", recover)
     (later,) = db.execute("SELECT COUNT(*) FROM evaluations WHERE generation > ?", (last + 1,)).fetchone()
     if later:
         yield Finding("note", f"{later} evaluations wait for later generations", "resume will use them")
@@ -150,13 +150,13 @@ def _evaluations(db: sqlite3.Connection, reader: RunReader, recover: str) -> Ite
             changed += [r["number"] for r in rows if known.get(r["number"]) != digest(tuple(r))]
         reader.evaluations(set(part))
     if changed:
-        text = f"{len(changed)} evaluations are not what was written: {_some(changed)}"
+        text = f"{len(changed)} evaluations differ from what was written: {_some(changed)}"
         yield Finding("problem", text, recover)
     elif numbers:
-        as_written = " and are what was written" if reader.format_version > 1 else ""
+        as_written = " and are as they were written" if reader.format_version > 1 else ""
         yield Finding("ok", f"all {len(numbers)} evaluations can be read{as_written}")
     if reader.lacks_trajectories():
-        yield Finding("note", "robots without a trajectory", "such a run can be looked at, not gone on with")
+        yield Finding("note", "robots without a trajectory", "such a run can be viewed, not resumed")
 
 
 def _versions(path: Path, reader: RunReader) -> Iterator[Finding]:
@@ -167,7 +167,7 @@ def _versions(path: Path, reader: RunReader) -> Iterator[Finding]:
         yield Finding(
             "note",
             f"{'bodies are modelled differently: ' if change.startswith('physics') else ''}{change}",
-            "replays may differ, and a run that goes on is no longer one of the first versions",
+            "replays may differ, and a resumed run mixes both versions",
         )
     if not changes:
         yield Finding("ok", "made with the versions and the physics installed here")
@@ -215,7 +215,7 @@ def _lock(path: Path) -> Iterator[Finding]:
         yield Finding(
             "note",
             f"{file.name} names a process on another machine that gives no sign of life: {holder}",
-            f"if it is dead, go on with: tensatlas resume {path}",
+            f"if it is dead, continue with: tensatlas resume {path}",
         )
     elif file.exists():
         since = " before this machine was restarted" if holder and not holder.is_of_this_boot else ""
@@ -223,10 +223,10 @@ def _lock(path: Path) -> Iterator[Finding]:
             "note",
             f"{file.name} is left from a process that ended without closing the run{since}:"
             f" {holder or 'it does not say its name'}",
-            f"nothing is lost; go on with: tensatlas resume {path}",
+            f"nothing is lost; continue with: tensatlas resume {path}",
         )
     else:
-        yield Finding("ok", "nobody is writing it")
+        yield Finding("ok", "no process is writing it")
 
 
 def _leftovers(path: Path) -> Iterator[Finding]:

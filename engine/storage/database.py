@@ -111,7 +111,7 @@ class RunDatabase:
 
 
 class Damage:
-    """Turns whatever unexpected data causes into one clear line."""
+    """Turns any error that unexpected data causes into one clear message."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -136,7 +136,7 @@ def connect(path: Path) -> sqlite3.Connection:
     error: Exception | None = None
     modes = ["mode=ro"]
     if not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists():
-        # SQLite cannot lock a file there, and nobody can be changing it
+        # SQLite cannot lock a file there, and no process can be changing it
         modes.append("mode=ro&immutable=1")
     for options in modes:
         try:
@@ -151,7 +151,7 @@ def connect(path: Path) -> sqlite3.Connection:
 
 
 def _unreadable(path: Path, error: Exception | None) -> RunFileError:
-    """Return what to say of a run that SQLite cannot read: damage, or something in the way."""
+    """Return the error for a run that SQLite cannot read: damage, or an obstacle such as permissions."""
     in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
     text = one_line(str(error))[:200] or "it asks for more memory than there is"
     if isinstance(error, in_the_way) and not any(w in text for w in ("malformed", "decode", "no such")):
@@ -172,7 +172,7 @@ def _check_header(path: Path) -> None:
         raise RunFileError(f"{path} is empty")
     if not header.startswith(_HEADER) or len(header) < 100:
         if b"CREATE TABLE evaluations" in header:
-            raise DamagedRunFile(path, "is damaged: its first bytes are not what they should be")
+            raise DamagedRunFile(path, "is damaged: its first bytes are wrong")
         raise RunFileError(f"{path} is not a TensAtlas run file")
     page = int.from_bytes(header[16:18], "big")
     expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")

@@ -1,9 +1,9 @@
-"""Who writes a run: a lock file beside it that names the process.
+"""The lock of a run: a file beside it that names the process that writes it.
 
-On one machine the operating system decides (``flock``): a lock whose process is gone, however it went, is
-free. Where the file system is shared by several machines and does not pass such locks on, the lock file's
-time stamp does: its holder renews it every ``BEAT`` seconds, and after ``SILENCE`` seconds without one it
-counts as gone.
+On one machine the operating system decides (``flock``): when a process has ended, in whatever way, its lock
+is free. On a file system that several machines share without passing such locks on, the lock file's time
+stamp decides: its holder renews it every ``BEAT`` seconds, and after ``SILENCE`` seconds without renewal the
+holder counts as gone.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ class Holder:
 
     @property
     def is_here(self) -> bool:
-        """Whether it is of this machine, before a restart or after."""
+        """Whether it runs, or ran, on this machine, before a restart or after."""
         return self.host == socket.gethostname() or self.is_of_this_boot
 
     @property
     def is_of_this_boot(self) -> bool:
-        """Whether it is of this machine since its last start, so that ``flock`` tells if it lives.
+        """Whether it began on this machine since its last start, so that ``flock`` tells if it lives.
 
-        A container has a name of its own, but the machine's boot.
+        A container has another name than its machine, but the same boot.
         """
         boot = boot_id()
         return self.boot == boot if boot and self.boot else self.host == socket.gethostname()
@@ -71,7 +71,7 @@ class Holder:
 
 
 def lock_path(path: Path) -> Path:
-    """Return the file whose lock says that a process is writing a run."""
+    """Return the path of a run's lock file."""
     return path.with_name(path.name + ".lock")
 
 
@@ -92,7 +92,7 @@ def is_being_written(path: Path) -> bool:
 
 
 def holder_of(path: Path) -> Holder | None:
-    """Return whom a run's lock file names, living or not; None if there is none or it names nobody."""
+    """Return the process that a run's lock file names, alive or not; None without a file or a name in it."""
     try:
         with open(lock_path(path), "rb") as f:
             return _parse(f.read(_MOST))
@@ -101,7 +101,7 @@ def holder_of(path: Path) -> Holder | None:
 
 
 def boot_id() -> str:
-    """Return what tells this machine's last start from others; empty where the system does not say."""
+    """Return the identifier of this machine's last start; empty where the system has none."""
     try:
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     except (OSError, ValueError):
@@ -145,10 +145,10 @@ class RunLock:
         return cls(path, lock, text)
 
     def check(self) -> None:
-        """Make sure that nobody has taken the lock over, before something is written.
+        """Make sure, before writing, that no other process has taken over the lock.
 
         Raises:
-            RunFileError: somebody has, or the lock file is gone.
+            RunFileError: another process has, or the lock file is gone.
         """
         file = lock_path(self._path)
         with contextlib.suppress(OSError):
@@ -157,12 +157,12 @@ class RunLock:
         other = holder_of(self._path)
         who = f"another process writes the run now ({other})" if other else "its lock file was removed"
         raise RunFileError(
-            f"{self._path} is not written any more: {who}. What was finished is saved; make sure that one"
-            f" process at a time writes it, then 'tensatlas resume {self._path}'"
+            f"{self._path}: this process has stopped writing it: {who}. What was finished is saved; make sure"
+            f" that one process at a time writes it, then 'tensatlas resume {self._path}'"
         )
 
     def release(self) -> None:
-        """Let go and remove the lock file, if it is still ours."""
+        """Release the lock and remove its file, if it is still ours."""
         if self._released.is_set():
             return
         self._released.set()
@@ -229,7 +229,7 @@ def _own_text() -> bytes:
 
 
 def _parse(content: bytes) -> Holder | None:
-    """Read a lock file, whoever wrote it; one of an earlier version names only the process."""
+    """Read a lock file from any source; one of an earlier version names only the process."""
     try:
         data = json.loads(content)
         texts = {k: _line(str(data[k])) for k in ("host", "boot", "since", "command", "key")}

@@ -1,7 +1,7 @@
 """Run files of an older format: a copy in the present one. The old file stays as it is.
 
-Every older format can be read, shown and gone on with as it is. What a newer one adds (digests, in 2), an
-old file gets only in a copy that somebody asks for.
+Every older format can be read, shown and resumed as it is. What a newer format adds (digests, in 2), an old
+file gets only in a copy, when the user asks for one.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def migrate(path: Path, out: Path) -> int:
         out: of the file to create.
 
     Returns:
-        The format that the run has.
+        The format of the run.
 
     Raises:
         RunFileError: the run cannot be read or has the present format, or ``out`` exists or cannot be
@@ -61,7 +61,9 @@ def migrate(path: Path, out: Path) -> int:
             new.execute("COMMIT")
         with RunReader(part) as reader:
             if reader.canonical_hash() != before:
-                raise RunFileError(f"{path} was changed while it was copied; try again when nobody writes it")
+                raise RunFileError(
+                    f"{path} was changed while it was copied; try again when no process writes it"
+                )
         part.replace(out)
         sync_folder(out)
     except (OSError, sqlite3.Error) as e:
@@ -82,4 +84,4 @@ def _add_digests_and_origins(db: sqlite3.Connection) -> None:
 
 
 _STEPS: Final[dict[int, Callable[[sqlite3.Connection], None]]] = {1: _add_digests_and_origins}
-"""What takes a file from each format to the next."""
+"""Functions that convert a file from each format to the next."""

@@ -27,7 +27,7 @@ class RunReader:
     Raises:
         RunFileError: the file is missing, empty, cut short, of another program or a newer version, or its
             task is not known here.
-        TaskError: its task may be in a file of the user's that has an error.
+        TaskError: a user's task file, which may hold its task, has an error.
     """
 
     def __init__(self, path: Path) -> None:
@@ -63,7 +63,7 @@ class RunReader:
 
     @property
     def task_change(self) -> str | None:
-        """What to say if the user's file with the run's task is not the one that it was started with."""
+        """A warning if the file of the run's task has changed since the run was started, else None."""
         now = task_version(self.config.task)
         if all(self.versions.get(key) == version for key, version in now.items()):
             return None
@@ -189,9 +189,9 @@ class RunReader:
         return {cell: known[n] for cell, n in placed.items()}
 
     def members(self, archive: str) -> dict[Cell, list[int]]:
-        """Return everybody whom each filled cell holds after the last generation.
+        """Return the individuals that each filled cell holds after the last generation.
 
-        That is its elite, or in a deep grid all individuals in their places, the elite among them.
+        A cell holds its elite; in a deep grid it holds several, in their places, the elite among them.
         """
         last = self.last_generation()
         if last is None:
@@ -247,14 +247,14 @@ class RunReader:
         return found
 
     def lineage(self, number: int) -> list[Ancestor]:
-        """Return a robot, its parent, and so on to the random one or to the last one that the file holds.
+        """Return a robot and its ancestors, back to a random one or as far as the file goes.
 
         Raises:
             RunFileError: there is no evaluation of that number, or one of the line is damaged.
         """
         rows = self._db.query(
             "WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e JOIN line"
-            # a parent is older: a file that says otherwise must not lead round in circles
+            # a parent is older; a file that says otherwise must not cause an endless loop
             " ON e.number = line.n WHERE e.parent < e.number)"
             " SELECT number, parent, generation, operator, fitness, morphology FROM evaluations"
             " WHERE number IN (SELECT n FROM line) ORDER BY number DESC",
@@ -281,7 +281,7 @@ class RunReader:
         return bool(self._db.query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
 
     def computers(self) -> dict[Computer, int]:
-        """Return what computed the evaluations and how many; of older files nothing is known."""
+        """Return each computer that took part and its number of evaluations; older files have none."""
         if not self._db.query("SELECT 1 FROM sqlite_master WHERE name = 'computed'"):
             return {}
         rows = self._db.query(
@@ -330,15 +330,15 @@ class RunReader:
 
 
 def check_fits(config: RunConfig, e: Evaluation) -> None:
-    """Make sure that an evaluation is one that a configuration can have led to.
+    """Make sure that an evaluation fits a configuration.
 
     Raises:
-        InvalidData: it has another task's or trial's shape.
+        InvalidData: its arrays have the shape of another task or trial.
     """
     task, trials = get_task(config.task), config.trials
     if (
         e.distances.shape != (task.n_targets, trials.repeats)
-        # a file may have been rid of its trajectories to make it smaller
+        # trajectories may have been removed to make a file smaller
         or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
         or e.solution.controller.n_inputs != task.n_inputs
         or e.solution.morphology.stiffness_mode != config.stiffness
@@ -353,7 +353,7 @@ def _strings(data: Any) -> dict[str, str]:
 
 
 def changed_versions(path: Path) -> list[str]:
-    """Return what differs between the versions that started a run and those that would go on with it.
+    """Return what differs between the versions that started a run and those that would resume it.
 
     Raises:
         RunFileError: the file is no run file or is damaged.

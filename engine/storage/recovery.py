@@ -1,10 +1,10 @@
-"""Saving what is whole of a damaged run, into a new file.
+"""Saves the intact part of a damaged run in a new file.
 
-Evaluations cost hours, archives nothing: from the configuration and the evaluations the search is repeated,
-generation by generation, as it went. That gives back everything else in the file, and shows every evaluation
-whose solution is not what it was. What the evaluations after a gap are worth depends on what will fill it,
-so they are kept for when the run comes there. Where repeating is not possible (a projection, a file rid of
-its trajectories, other versions), whole generations are copied as they are recorded.
+Evaluations cost hours, archives nothing: the search is repeated from the configuration and the evaluations,
+generation by generation. That restores everything else in the file, and reveals every evaluation whose
+solution has changed. Evaluations after a gap fit only if the same solutions fill it again, so they are kept
+until the resumed run gets there. Where the search cannot be repeated (a projection, a file without
+trajectories, other versions), whole generations are copied as they are recorded.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from engine.tasks import get_task
 
 @dataclasses.dataclass(slots=True)
 class Recovered:
-    """What has been saved.
+    """The result of saving a run.
 
     Attributes:
-        n_generations: whole ones.
-        n_recorded: generations that were closed, as far as the damaged file tells.
-        n_evaluations: saved, those after the last whole generation among them.
-        n_after: of them, those after it.
-        damaged: numbers of the evaluations that were found but are not what was written.
-        missing: numbers of evaluations of closed generations of which there is nothing.
-        resumable: whether the run can be gone on with, as if nothing had happened.
-        notes: what else is to be said.
+        n_generations: whole ones that were saved.
+        n_recorded: generations that the run had closed, as far as the damaged file tells.
+        n_evaluations: all that were saved, including those after the last whole generation.
+        n_after: those after the last whole generation.
+        damaged: numbers of the evaluations that were found but differ from what was written.
+        missing: numbers of the evaluations of closed generations that were not found.
+        resumable: whether the new file can be resumed, as if nothing had happened.
+        notes: further sentences for the user.
     """
 
     n_generations: int = 0
@@ -92,7 +92,7 @@ def recover(path: Path, out: Path, *, like: Path | None = None) -> Recovered:
         with contextlib.suppress(OSError):
             out.unlink(missing_ok=True)
         raise
-    # whoever has evaluated something of a generation has closed those before it
+    # evaluations of a generation imply that those before it are closed
     open_one = max(tables.generation_of.values(), default=0)
     n_closed = min((n for n, g in tables.generation_of.items() if g == open_one), default=0)
     n_closed = max((n_closed, *(int(r[1]) for r in tables.generations.values())))

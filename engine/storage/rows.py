@@ -82,7 +82,7 @@ def from_row(row: Any) -> Evaluation:
 
 
 def digest(row: Sequence[Any]) -> bytes:
-    """Return what tells a row of the table ``evaluations`` from one whose bytes have changed since.
+    """Return the digest of a row of the table ``evaluations``, which shows when its bytes have changed.
 
     Args:
         row: as ``to_row`` returns it or the table holds it.
@@ -132,8 +132,8 @@ class ArchiveFigures:
         """Read figures as a run file holds them.
 
         Raises:
-            InvalidData: an axis or a number is impossible; other errors of ``UNEXPECTED_DATA`` if it is
-                something else altogether.
+            InvalidData: an axis or a number is impossible; other errors of ``UNEXPECTED_DATA`` if the data
+                has another form altogether.
         """
         return cls(
             best=None if data["best"] is None else finite(data["best"]),
@@ -240,7 +240,7 @@ class Ancestor:
 
     @property
     def is_founder(self) -> bool:
-        """Whether it descends from nobody: its genes were drawn at random."""
+        """Whether it has no parent: its genes were drawn at random."""
         return self.parent is None
 
 

@@ -1,4 +1,4 @@
-"""What can still be read of a damaged SQLite file: every row of every page that makes sense by itself.
+"""Reads a damaged SQLite file: every row of every page that makes sense by itself.
 
 SQLite gives up where the tree that leads to a row is broken; here the pages are looked at one by one, and
 those of the write-ahead log before those of the file. The file is only read, as bytes. The format is
@@ -18,7 +18,7 @@ from engine.errors import RunFileError
 PAGE: Final = 4096
 """Bytes of a page of a run file."""
 MAX_ROW: Final = 64 * 1024 * 1024
-"""Bytes of the largest row that is believed."""
+"""Largest plausible row, in bytes."""
 _TABLE_LEAF, _INDEX_LEAF, _INDEX_INTERIOR = 0x0D, 0x0A, 0x02
 _LOG_HEADER, _FRAME_HEADER = 32, 24
 _LOG_MAGIC: Final = (0x377F0682, 0x377F0683)
@@ -32,7 +32,7 @@ class Row:
 
     Attributes:
         rowid: its number; None in a table that has none, whose first columns are its key.
-        values: of its columns as they are stored; the column that is another name of the number is None.
+        values: of its columns as they are stored; the column that is an alias of the number is None.
     """
 
     rowid: int | None
@@ -46,7 +46,7 @@ class Salvage:
     Attributes:
         rows: in the order of their pages.
         n_pages: of the file, those of its log among them.
-        n_missing: pages that the file's header promises and that are not there.
+        n_missing: pages that the file's header counts but the file lacks.
         n_broken: cells of pages with rows that could not be read.
     """
 
@@ -76,7 +76,7 @@ def salvage(path: Path) -> Salvage:
     pages |= _logged(frames)
     promised = int.from_bytes(content[28:32], "big") if len(content) >= 100 else 0
     found = Salvage([], len(pages), 0, 0)
-    # a damaged header may promise anything
+    # a damaged header may claim any size
     if promised < 2 * len(pages) + 1000:
         found.n_missing = max(0, promised - sum(len(p) == PAGE for p in pages.values()))
     for number in sorted(pages):

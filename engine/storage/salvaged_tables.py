@@ -1,4 +1,4 @@
-"""The tables of a damaged run, of whatever rows are left of it."""
+"""The tables of a damaged run, built from the rows that are left."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FITNESS: Final = _COLUMNS.index("fitness")
 
 
 class SalvagedTables:
-    """The rows of a damaged run by table, as far as they look like rows of it."""
+    """The rows of a damaged run by table; a row that does not fit its table is left out."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -44,7 +44,7 @@ class SalvagedTables:
 
     @property
     def projection(self) -> dict[str, str] | None:
-        """What a projected run was made of."""
+        """The source of a projected run."""
         return self.meta.get("projection")
 
     def configuration(self, like: Path | None) -> tuple[RunConfig, dict[str, str]]:
@@ -66,11 +66,11 @@ class SalvagedTables:
 
     @property
     def created_at(self) -> str:
-        """When the run was made, which ties other files to it."""
+        """When the run was made, which identifies it in other files."""
         return str(self.meta.get("created_at", ""))
 
     def check_evaluations(self, config: RunConfig) -> dict[int, Evaluation]:
-        """Return the evaluations that are what was written, by number, and remember which are not."""
+        """Return the intact evaluations, by number, and remember the damaged ones."""
         found = {}
         for number, rows in sorted(self._candidates.items()):
             for row in rows:
@@ -84,7 +84,7 @@ class SalvagedTables:
         return found
 
     def origins_of(self, evaluations: Iterable[Evaluation]) -> list[Origin | None]:
-        """Return what computed each evaluation, None where that is not known or lost."""
+        """Return the origin of each evaluation, None where it is not known or lost."""
         origins: list[Origin | None] = []
         for e in evaluations:
             computer, seconds = self._computed.get(e.solution.number, (None, None))
@@ -96,7 +96,7 @@ class SalvagedTables:
         return origins
 
     def n_whole(self, evaluations: Mapping[int, Evaluation]) -> int:
-        """Return how many generations are whole as they are recorded."""
+        """Return how many generations are recorded whole."""
         n = n_evaluations = 0
         while n in self.generations:
             total = self.generations[n][1]
@@ -124,7 +124,7 @@ class SalvagedTables:
         return min(differing, default=None)
 
     def _placements_are_whole(self, generation: int, evaluations: Mapping[int, Evaluation]) -> bool:
-        """Tell whether the archives of a generation are filled as much as its figures say."""
+        """Tell whether the archives of a generation have as many filled cells as its figures say."""
         held: dict[tuple[str, str], int | None] = {}
         for g, archive, cell, number in sorted(self.placements, key=lambda p: p[0]):
             if g <= generation:

@@ -10,8 +10,9 @@ SUFFIX: Final = ".tsmr"
 APPLICATION_ID: Final = 0x54534D52
 """``TSMR``: in the header of every run file."""
 FORMAT_VERSION: Final = 2
-"""1 had neither digests nor origins. A file keeps the format that it was made with until somebody asks for
-a copy in this one (``engine.storage.migration``)."""
+"""Format 1 had neither digests nor origins. A file keeps the format that it was made with until the user asks
+for a copy in this one (``engine.storage.migration``).
+"""
 
 DIGESTS: Final = """
 CREATE TABLE digests (
@@ -96,7 +97,7 @@ COLUMNS: Final = {
     "placements": "generation archive cell evaluation",
     "state": "id generation algorithm",
 }
-"""Of the tables that a run of every format has, in their order."""
+"""Columns, in their order, of the tables that a run of every format has."""
 
 
 def failures_folder(path: Path) -> Path:

@@ -61,7 +61,7 @@ class RunWriter:
             config: of the run.
             versions: of what decides its outcome.
             projection: what its archives were projected from, for a run that was not evolved itself.
-            created_at: UTC date and time, of a run that is saved anew; by default it is made now.
+            created_at: UTC date and time, for a run that is saved anew; by default now.
 
         Raises:
             RunFileError: the file exists, or cannot be written there.
@@ -110,7 +110,7 @@ class RunWriter:
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """Open an existing, already checked run file to go on with it.
+        """Open an existing, already checked run file to resume it.
 
         Raises:
             RunFileError: another process is writing it, or it cannot be written.
@@ -198,7 +198,7 @@ class RunWriter:
         return int(number)
 
     def insert(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
-        """Save rows of a table as another file of this format has them."""
+        """Save rows of a table that were read from another file of this format."""
         with self._transaction():
             for row in rows:
                 self._db.execute(f"INSERT INTO {table} VALUES ({','.join('?' * len(row))})", tuple(row))
@@ -206,13 +206,13 @@ class RunWriter:
     def close_generation(
         self, algorithm: Snapshot, statistics: Any, seconds: float, finished_at: str = ""
     ) -> None:
-        """Save what a generation left behind: the archives' changes, their statistics, the state.
+        """Close a generation: save the archives' changes, their statistics and the state.
 
         Args:
             algorithm: after its ``tell``.
             statistics: JSON-ready figures of the archives.
             seconds: computing time of the run so far.
-            finished_at: UTC date and time, of a generation that is saved anew; by default it ends now.
+            finished_at: UTC date and time, for a generation that is saved anew; by default now.
         """
         generation = algorithm.generation - 1
         held = {
@@ -239,10 +239,10 @@ class RunWriter:
         self._placed = held
 
     def close(self) -> None:
-        """Fold the write-ahead log into the file, so that the file alone is the run, and let go."""
+        """Fold the write-ahead log into the file, so that the file alone is the run, and release the lock."""
         with contextlib.suppress(sqlite3.Error):
             self._db.execute(f"PRAGMA busy_timeout={CLOSE_PATIENCE}")
-            # refused while somebody reads; then the log stays beside the file until the next close
+            # refused while another process reads; then the log stays beside the file until the next close
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode=DELETE")
         self._db.close()
@@ -283,13 +283,13 @@ def _connect_for_writing(path: Path) -> sqlite3.Connection:
 
 
 def unwritable(path: Path, error: Exception) -> RunFileError:
-    """Return what to say of a run that cannot be written."""
+    """Return the error for a run that cannot be written."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
     # SQLite calls some full disks, quotas and limits an I/O error
     if full or getattr(error, "sqlite_errorname", "").startswith(("SQLITE_FULL", "SQLITE_IOERR")):
         reason += (
-            f"; what was finished is saved: make room there, then go on with 'tensatlas resume {path}'"
+            f"; what was finished is saved: make room there, then continue with 'tensatlas resume {path}'"
             if path.exists()
             else "; make room there"
         )

@@ -1,14 +1,14 @@
 """What the world holds, what a controller senses, how a trial scores.
 
-A task file of a user's own needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how to
-write one. Read in this order:
+A user's task file needs ``Task``, ``View`` and ``Wall`` from here; ``docs/tasks.md`` teaches how to write
+one. Read in this order:
 
 - ``task``: what a task is, its checks, and the fitness of a robot.
 - ``view``: what a task sees of the simulations at one moment.
 - ``walls``: boxes that stand in a world, and distances to them.
 - ``goal_reaching``, ``squeezing``: the two published tasks.
 - ``loading``: finds a task by its name, and loads those that users write.
-- ``watchdog``, ``onlooker``: bound the time that a user's function may take, from inside and from outside.
+- ``watchdog``, ``onlooker``: limit the time of a user's function, from inside the process and from outside.
 """
 
 from engine.tasks.goal_reaching import GOAL_REACHING

@@ -1,7 +1,7 @@
-"""Finding a task by its name, and tasks that users write in files of their own.
+"""Finds tasks by name, and loads the task files that users write.
 
-Code is loaded from files that the user names, on the command line or in ``TENSATLAS_TASKS``, and from no
-other: a run file or a dump holds a task's name, which is looked up and never taken for a path.
+Code is loaded only from files that the user names, on the command line or in ``TENSATLAS_TASKS``. A run file
+or a dump holds a task's name, which is looked up and never taken for a path.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _mutex = threading.RLock()
 
 
 def get_task(name: str) -> Task:
-    """Return a task by name: a built-in one, or one of a file that the user has named.
+    """Return a task by name: a built-in one, or one from a file that the user has named.
 
     Raises:
-        UnknownTask: there is none.
-        TaskError: it may be in a file of ``TENSATLAS_TASKS`` that has an error.
+        UnknownTask: no task has this name.
+        TaskError: a file of ``TENSATLAS_TASKS``, which may hold it, has an error.
     """
     if name in BUILT_IN:
         return BUILT_IN[name]
@@ -56,12 +56,12 @@ def get_task(name: str) -> Task:
 
 
 def task_version(name: str) -> dict[str, str]:
-    """Return, for a task from a file, an entry with the file's hash for a run's versions; else nothing."""
+    """Return the hash of a task's file as an entry for a run's versions; empty for a built-in task."""
     return {f"task {name}": _loaded[name][1]} if name in _loaded else {}
 
 
 def load_task(path: Path) -> Task:
-    """Load the task of a Python file, which is run; from then on it is found by its name.
+    """Run a Python file and load its task, which can be found by its name from then on.
 
     Raises:
         TaskError: the file cannot be read, has an error or holds no proper task.
@@ -84,7 +84,7 @@ def load_task(path: Path) -> Task:
 
 
 def _load_listed(name: str) -> None:
-    """Load the files of the environment variable until one holds the task that is looked for."""
+    """Load the files of the environment variable until one holds the wanted task."""
     error = None
     for part in filter(None, os.environ.get(TASKS_VARIABLE, "").split(os.pathsep)):
         if any(task.file == part for task, _ in _loaded.values()):
@@ -101,7 +101,7 @@ def _load_listed(name: str) -> None:
 def _run(source: bytes, file: str) -> object:
     module = types.ModuleType(f"tensatlas_task_{hashlib.sha256(file.encode()).hexdigest()[:12]}")
     module.__file__ = file
-    # dataclasses look their module up
+    # dataclasses look up their module
     sys.modules[module.__name__] = module
     try:
         with time_limit(file):
@@ -115,7 +115,7 @@ def _run(source: bytes, file: str) -> object:
 
 
 def _try_out(task: Task) -> None:
-    """Call everything that a task is made of, for the smallest and the largest robots.
+    """Call every function of a task, for the smallest and the largest robots.
 
     Raises:
         TaskError: something fails or has the wrong shape.
@@ -131,7 +131,7 @@ def _try_out(task: Task) -> None:
 
 
 def made_up_view(task: Task, n_modules: int) -> View:
-    """Return what three robots look like to a task: at the start, half way and turned away, at the target.
+    """Return a task's view of three robots: at the start, half way and turned away, at the target.
 
     Raises:
         TaskError: the task's ``walls`` fails.

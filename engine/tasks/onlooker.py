@@ -1,8 +1,9 @@
-"""A program that ends the process that started it when one call there takes too long.
+"""A program that ends its parent process when one call there takes too long.
 
-It is a small process of its own, for what no signal interrupts: a call into a library that does not come
-back to Python. ``watchdog`` starts it and shares 1024 bytes of memory with it: a count of 8 bytes that
-grows when a call begins and when it ends, so that an odd one is a call under way, then what to say.
+No signal interrupts a call into a library that does not return to Python, so a second, small process watches.
+``watchdog`` starts it and shares 1024 bytes of memory with it: first a counter of 8 bytes, which grows when a
+call begins and when it ends, so that an odd value means that a call is running; then the message to print
+about that call.
 
 It runs without the project's packages, so that it starts in milliseconds and cannot fail with them::
 
@@ -22,19 +23,19 @@ from pathlib import Path
 SIZE = 1024
 """Bytes of the shared memory."""
 TEXT = slice(8, SIZE)
-"""Where they say what to call the call under way; zero bytes end it."""
+"""Where they hold the message about the running call; zero bytes end it."""
 
 
 def main() -> None:
-    """Look on until the standard input is closed or a call has taken too long."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that is looked at
+    """Watch until the standard input is closed or a call has taken too long."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is meant for the watched process
     descriptor, pid, limit, tick = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4])
     shared = mmap.mmap(descriptor, SIZE)
     before, waited = 0, 0.0
     while not select.select([sys.stdin], [], [], tick)[0]:
         count = struct.unpack_from("q", shared)[0]
         under_way = count % 2 == 1 and count == before
-        # a process stopped with Ctrl-Z may take all the time it wants
+        # the time for which Ctrl-Z stops the process does not count
         waited = waited + tick if under_way and not _is_stopped(pid) else 0.0
         before = count
         if waited >= limit:

@@ -1,10 +1,10 @@
 """Squeezing: crawl to a target through an aperture narrower than the robot (Zardini et al. 2021).
 
-The published robot is turned about the vertical before it is dropped, so that its settled head looks
-along an axis of the walls. On a plane the dynamics do not depend on that turn, so we let robots fall as
-they are, with nothing around them, and put the walls up afterwards in the frame of the settled head; the
-search for the head needs no walls either, and a body settles alike for every task. The other way round
-a robot would have to be settled twice, the first time to find out by how much to turn it.
+The published robot is turned about the vertical before it is dropped, so that its settled head looks along an
+axis of the walls. On a plane the dynamics do not depend on that turn. So here robots fall unturned, without
+walls, and the walls are put up afterwards in the frame of the settled head. The search for the head needs no
+walls either, and a body settles alike for every task. With the published order a robot would have to settle
+twice, the first time only to measure the turn.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from engine.tasks.walls import Wall
 MODULE_LENGTH: Final = 2.0 * float(np.linalg.norm(t.NODES[0]))
 """Diameter of a module as built, 11.11 cm, from which the published walls are derived."""
 THICKNESS: Final = 1.5 * MODULE_LENGTH
-"""Of every wall, in m; of the front wall it is the length of the aperture."""
+"""Thickness of every wall, in m; in the front wall, the length of the aperture."""
 HEIGHT: Final = 0.12
 APERTURE: Final = 0.72 * MODULE_LENGTH
 """Width of the aperture, in m."""
 MARGIN: Final = 0.04
-"""How much further away the walls without an aperture stand than they need to, in m."""
+"""Extra distance of the walls without an aperture, in m."""
 SENSOR_RANGE: Final = 0.10
-"""Up to where a wall straight ahead is sensed, in m."""
+"""Largest distance at which a wall straight ahead is sensed, in m."""
 DEPTH: Final = 0.04
 """How far past the entrance a head must end for the bonus, in m."""
 BONUS: Final = 0.04

@@ -1,6 +1,6 @@
-"""What a robot is asked to do. ``docs/tasks.md`` shows how to write a task of your own.
+"""A task: what robots are asked to do. ``docs/tasks.md`` shows how to write one.
 
-Positions are horizontal, in metres. Bearings are in rad, positive to the left of where the head points
+Positions are horizontal, in metres. Bearings are in rad, positive to the left of the head's direction
 (counter-clockwise seen from above); so "90 left" is pi/2.
 """
 
@@ -42,27 +42,29 @@ def no_walls(_target: int, _n_modules: int) -> tuple[Wall, ...]:
 class Task:
     """One task: what the world holds, what a controller senses, how a final state scores.
 
-    A trial begins when the robot has settled, with its head at the origin facing along x. Every solution
-    is tried on every target, in a world of its own for each.
+    A trial begins when the robot has settled, with its head at the origin facing along x. Every solution is
+    tried on every target, each in a separate world.
 
     Attributes:
         name: as on the command line and in run files: small letters, digits and dashes.
         inputs: a short name for every number that the controller senses.
-        sense: a ``View`` to (robots, copies, inputs) numbers, before every control update. The published
-            networks take centimetres and radians; very large numbers saturate a network.
+        sense: called with a ``View`` before every control update; returns (robots, copies, inputs) numbers.
+            The published networks take centimetres and radians; very large numbers saturate a network.
         target_distance: from the settled head to each target, in m; d_init of the reported fitness
             f_s = d_init - fitness.
         target_bearings: of the targets, in rad.
-        names: of the targets, for people; by default their bearings.
-        walls: (target's index, modules) to the boxes of that world, in the settled head's frame. Leave
-            room for the robot, which lies behind the origin and is up to 0.8 m long.
-        score: a ``View`` of the end to (robots, copies) numbers in m, to be minimised, like a distance.
+        names: of the targets, as shown; by default their bearings.
+        walls: called with a target's index and the number of modules; returns the boxes of that world, in the
+            settled head's frame. Leave room for the robot, which lies behind the origin and is up to 0.8 m
+            long.
+        score: called with a ``View`` of the final state; returns (robots, copies) numbers in m, to be
+            minimised, like a distance.
         score_name: what the score is called.
         summary: the task in one line.
-        file: the file it was loaded from; set by whoever loads it.
+        file: the file it was loaded from; set by the loader.
 
     Raises:
-        InvalidData: a field is not what it should be.
+        InvalidData: a field has the wrong type or value.
     """
 
     name: str
@@ -118,7 +120,7 @@ class Task:
 
     @property
     def target_names(self) -> tuple[str, ...]:
-        """What people call the targets, such as ``45° left``."""
+        """The targets' names, such as ``45° left``."""
         return self.names or tuple(map(bearing_name, self.target_bearings))
 
 
@@ -129,7 +131,7 @@ def target_offsets(task: Task, bearings: Sequence[float] | None = None) -> np.nd
 
 
 def worlds(task: Task, n_modules: int) -> list[tuple[Wall, ...]]:
-    """Return the walls for each target in the settled head's frame, equally many for all of them.
+    """Return the walls for each target in the settled head's frame, the same number for every target.
 
     Raises:
         TaskError: the task's ``walls`` fails or returns something else.
@@ -152,24 +154,24 @@ def sensed(task: Task, view: View, alive: np.ndarray) -> np.ndarray:
     Args:
         task: whose sensors.
         view: of the simulations.
-        alive: (robots, copies) whether a simulation counts; of one that failed anything may be sensed.
+        alive: (robots, copies) whether a simulation has not failed; what a failed one senses is not checked.
 
     Raises:
-        TaskError: the task's ``sense`` fails, or returns another shape or what is no finite number.
+        TaskError: the task's ``sense`` fails, or returns another shape or a number that is not finite.
     """
     return _checked(task, "sense", view, (*view.shape, task.n_inputs), alive)
 
 
 def scores(task: Task, view: View, alive: np.ndarray) -> np.ndarray:
-    """Return how the simulations score, (robots, copies) in m.
+    """Return the scores of the simulations, (robots, copies) in m.
 
     Args:
-        task: that scores.
+        task: whose score.
         view: of the simulations at their end.
-        alive: (robots, copies) whether a simulation counts.
+        alive: (robots, copies) whether a simulation has not failed.
 
     Raises:
-        TaskError: the task's ``score`` fails, or returns another shape or what is no finite number.
+        TaskError: the task's ``score`` fails, or returns another shape or a number that is not finite.
     """
     return _checked(task, "score", view, view.shape, alive)
 
@@ -188,7 +190,7 @@ def _checked(task: Task, what: str, view: View, shape: tuple[int, ...], alive: n
 
 
 def _call(task: Task, what: str, *arguments: object) -> object:
-    """Call a function of a task; what goes wrong in a user's file is the user's to mend."""
+    """Call a function of a task; any error in a user's file becomes a ``TaskError``."""
     if not task.file:
         return getattr(task, what)(*arguments)
     try:
@@ -205,7 +207,7 @@ def _where(task: Task) -> str:
 
 
 def describe(error: BaseException, file: str) -> str:
-    """Return an error in one line, with the line of a file where it came up."""
+    """Return an error as one line of text, with the line of the file that raised it."""
     line, trace = None, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == file:
@@ -223,7 +225,7 @@ def describe(error: BaseException, file: str) -> str:
 
 
 def bearing_name(bearing: float) -> str:
-    """Return a bearing in rad for people, such as ``45° left``."""
+    """Return a bearing in rad as text, such as ``45° left``."""
     degrees = round(abs(math.degrees(bearing)))
     side = "left" if bearing > 0 else "right"
     return "straight ahead" if degrees == 0 else f"{degrees}° {side}"

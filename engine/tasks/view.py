@@ -1,4 +1,4 @@
-"""What a task gets to see of running simulations: all of them at once, at one moment."""
+"""What a task sees of running simulations: all of them at once, at one moment."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from engine.tasks.walls import Obstacles, Wall
 class GroundFrame:
     """The settled heads' frames on the ground: x where the head pointed, y to its left.
 
-    A target and walls are placed in it, so a robot always starts at the origin, facing along x. On a
-    plane that is the same as turning every robot before it is dropped until its head faces one way.
+    A target and walls are placed in it, so a robot always starts at the origin, facing along x. On a plane
+    this equals turning every robot before it is dropped until its head faces one way.
 
     Attributes:
-        origin: (robots, 1, 2) where the heads were, in the world, in m.
+        origin: (robots, 1, 2) positions of the settled heads in the world, in m.
         axes: (robots, 1, 2, 2) the directions of x and y in the world.
     """
 
@@ -36,19 +36,19 @@ class GroundFrame:
         return cls(front, np.stack([ahead, left], axis=-2))
 
     def to_world(self, points: np.ndarray) -> np.ndarray:
-        """Return where (robots, copies, 2) points of the frame are in the world."""
+        """Convert (robots, copies, 2) points from the frame to the world."""
         return self.origin + np.einsum("rcax,rca->rcx", self._axes_like(points), points)
 
     def from_world(self, points: np.ndarray) -> np.ndarray:
-        """Return where (robots, copies, 2) points of the world are in the frame."""
+        """Convert (robots, copies, 2) points from the world to the frame."""
         return np.einsum("rcax,rcx->rca", self._axes_like(points), points - self.origin)
 
     def turned(self, directions: np.ndarray) -> np.ndarray:
-        """Return (robots, copies, 2) directions of the world in the frame."""
+        """Convert (robots, copies, 2) directions from the world to the frame."""
         return np.einsum("rcax,rcx->rca", self._axes_like(directions), directions)
 
     def place(self, robot: int, walls: Sequence[Wall]) -> tuple[Wall, ...]:
-        """Return walls of a robot's frame as they stand in the world."""
+        """Convert walls from a robot's frame to the world."""
         x, y = self.axes[robot, 0]
         yaw = math.atan2(x[1], x[0])
         placed = []
@@ -64,7 +64,7 @@ class GroundFrame:
 
 
 class View:
-    """Simulations at one moment. What is not asked for is not computed.
+    """Simulations at one moment; every value is computed when it is asked for.
 
     Arrays begin with (robots, copies): every robot is simulated in several copies, one for each target
     and repeat. Lengths are in m. Positions are in the settled head's frame (``GroundFrame``): the trial began
@@ -113,12 +113,12 @@ class View:
 
     @functools.cached_property
     def position(self) -> np.ndarray:
-        """(robots, copies, 2) where the head is: the middle of its front face."""
+        """(robots, copies, 2) position of the head: the middle of its front face."""
         return self._frame.from_world(self._front)
 
     @functools.cached_property
     def direction(self) -> np.ndarray:
-        """(robots, copies, 2) where the head points, of unit length."""
+        """(robots, copies, 2) direction of the head, of unit length."""
         facing = self._frame.turned(self._facing)
         return facing / np.linalg.norm(facing, axis=-1, keepdims=True)
 
@@ -167,7 +167,7 @@ def distance_and_bearing(
 
     Args:
         position: (..., 2) of the head.
-        direction: (..., 2) where it points; need not be of unit length.
+        direction: (..., 2) of the head, of any length.
         point: (..., 2).
     """
     to = point - position

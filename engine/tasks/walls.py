@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from engine.errors import InvalidData
 
 MAX_WALLS: Final = 64
-"""Most walls of a world."""
+"""Largest number of walls in a world."""
 LARGEST: Final = 100.0
 """Largest coordinate or half size of a wall, in m."""
 
@@ -53,7 +53,7 @@ class Wall:
 
     @property
     def is_buried(self) -> bool:
-        """Whether all of it lies under the ground, where nothing meets or sees it."""
+        """Whether all of it lies under the ground, where nothing touches or senses it."""
         return self.centre[2] + self.half_size[2] <= 0.0
 
     def to_json(self) -> list[float]:
@@ -65,7 +65,7 @@ class Wall:
         """Read a wall back from ``to_json``'s form.
 
         Raises:
-            InvalidData: it is none.
+            InvalidData: the data is not a wall.
         """
         if not isinstance(data, list) or len(data) != 7 or any(type(v) not in (int, float) for v in data):
             raise InvalidData("a wall is written as seven numbers")
@@ -73,7 +73,7 @@ class Wall:
 
 
 BURIED: Final = Wall(centre=(0.0, 0.0, -5.0), half_size=(0.01, 0.01, 0.01))
-"""Fills up the walls of one world to as many as another's: simulations that share a batch need that."""
+"""Pads the walls of a world: all simulations of a batch need equally many."""
 
 
 def add_walls(spec: mujoco.MjSpec, walls: Sequence[Wall]) -> None:

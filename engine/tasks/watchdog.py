@@ -1,8 +1,8 @@
-"""A limit on the time that a function of a user's own task takes: one that hangs must not hang a run.
+"""A time limit for the functions of a user's task: one that hangs must not hang a run.
 
-A timer interrupts Python code in the main thread. A call into a library may not come back to Python at
-all; then ``onlooker``, a small process, says so and ends this one. A run file survives that at any moment.
-Other threads, in which the app computes replays, have no limit.
+A timer interrupts Python code in the main thread. A call into a library may never return to Python; then
+``onlooker``, a small process, reports it and ends this one. A run file survives that at any moment. Other
+threads, in which the app computes replays, have no limit.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ TIMEOUT_VARIABLE: Final = "TENSATLAS_TASK_TIMEOUT"
 """Environment variable with the limit in seconds; 0 for none."""
 DEFAULT_TIMEOUT: Final = 60.0
 TICK: Final = 0.5
-"""Seconds between two looks from outside."""
+"""Seconds between two checks by the onlooker."""
 
 
 class TooLong(BaseException):
-    """A function has not returned in time; no ``except Exception`` of a user's stops it."""
+    """A function has not returned in time; a user's ``except Exception`` does not catch it."""
 
 
 class _Onlooker:
-    """The process that looks on from outside."""
+    """The process that watches this one from outside."""
 
     def __init__(self, limit: float) -> None:
         self.pid, self.limit = os.getpid(), limit
@@ -81,7 +81,7 @@ def time_limit(where: str) -> Iterator[None]:
     """Bound the time of a block in the main thread.
 
     Args:
-        where: what to call the block if it is never heard of again.
+        where: name of the block in the message if it never ends.
 
     Raises:
         TooLong: it takes longer.
@@ -90,21 +90,21 @@ def time_limit(where: str) -> Iterator[None]:
     if (
         math.isinf(limit)
         or threading.current_thread() is not threading.main_thread()
-        or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0  # somebody else's timer, or a block within a block
+        or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0  # another timer runs, or an outer block
     ):
         yield
         return
     observed = _get_onlooker(1.5 * limit + 5.0)
     before = signal.signal(signal.SIGALRM, _interrupt)
     observed.begin(f"{where} has not returned after {observed.limit:.0f} s".encode())
-    # again and again, for code that catches everything
+    # repeated, because code may catch every exception
     signal.setitimer(signal.ITIMER_REAL, limit, 1.0)
     try:
         yield
     finally:
         try:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
-        finally:  # the timer may strike at this very moment
+        finally:  # the timer may fire at this very moment
             observed.end()
             signal.signal(signal.SIGALRM, before)
 

@@ -1,9 +1,9 @@
-"""Who computes evaluations: threads of this process, other processes, a cluster. Never which, or why.
+"""What computes evaluations: threads of this process, other processes, a cluster. Not what to evaluate.
 
 Read in this order:
 
 - ``evaluator``: the two contracts, and the threads of this process.
-- ``job``: what a worker gets and gives back.
+- ``job``: what a worker receives and returns.
 - ``pool``: jobs on workers that may die.
 - ``processes``: workers of this machine. ``dask_workers``: of a Dask cluster. ``slurm``: started by SLURM.
 - ``malloc``: keeps the memory of long-lived processes compact.

@@ -1,7 +1,7 @@
-"""Workers of a Dask cluster: any number of machines behind one scheduler, coming and going as they like.
+"""Workers of a Dask cluster: any number of machines behind one scheduler, which may come and go.
 
-When a worker dies, Dask suspects every job that it had been given, begun or not. So that the innocent are
-not given up with the guilty, each job is given to one worker that has a thread for it, and to no other.
+When a worker dies, Dask counts this against every job that it had been given, begun or not. So that only the
+job at fault is given up, each job is given to one worker with a free thread, and to no other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CONNECT_TIMEOUT: Final = 20.0
 REFRESH: Final = 2.0
 """Seconds after which the threads of the workers are counted again."""
 FETCH_TIMEOUT: Final = 60.0
-"""Seconds in which a result must arrive once it is there, from a worker that is."""
+"""Seconds within which the result of a finished job must arrive from a living worker."""
 LOST: Final = Died("a worker of the Dask cluster was lost with it")
 _POLL: Final = 0.01
 EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[cluster]'"
@@ -46,7 +46,7 @@ class DaskWorkers:
     Args:
         cluster: the address of a scheduler, ``tcp://HOST:PORT``, or one of Dask's cluster objects,
             which is closed in the end.
-        keep_up: called every few seconds, to replace workers that have gone.
+        keep_up: called every few seconds, to replace lost workers.
 
     Raises:
         ClusterError: Dask is not installed, or the scheduler does not answer.
@@ -58,7 +58,7 @@ class DaskWorkers:
         self._cluster = None if isinstance(cluster, str) else cluster
         where = cluster if isinstance(cluster, str) else cluster.scheduler_address
         try:
-            # a call of its own: nothing else in this process shall use this client by default
+            # not the default: nothing else in this process shall use this client by accident
             self._client = distributed.Client(where, timeout=CONNECT_TIMEOUT, set_as_default=False)
         except (OSError, ValueError) as e:
             raise ClusterError(f"no Dask scheduler answers at {where}: {_line(e)}") from None
@@ -73,7 +73,7 @@ class DaskWorkers:
 
     @property
     def n_workers(self) -> int:
-        """How many threads of workers there are now."""
+        """Number of the workers' threads now."""
         return sum(self._client.nthreads().values())
 
     def __enter__(self) -> Self:
@@ -87,14 +87,14 @@ class DaskWorkers:
             self._cluster.close()
 
     def submit(self, world: World, solution: Solution) -> None:
-        """Have a solution evaluated; what is submitted first is begun first."""
+        """Submit a solution; jobs are begun in the order of submission."""
         self._queue.append((world, solution))
 
     def wait(self) -> list[tuple[Solution, Result | Died]]:
-        """Return what has been finished since the last call; wait until there is something.
+        """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
-            TensAtlasError: a job has an error of the user's, or the scheduler is gone.
+            TensAtlasError: a job fails by an error that the user can mend, or the scheduler is gone.
         """
         with self._reachable():
             while True:
@@ -107,7 +107,7 @@ class DaskWorkers:
                 time.sleep(_POLL)
 
     def _lost(self) -> list[tuple[Solution, Result | Died]]:
-        """Look which workers there are, now and then; return the jobs of those that have gone."""
+        """Check from time to time which workers are left; return the jobs of lost ones."""
         now = time.monotonic()
         if now - self._counted_at < REFRESH:
             return []
@@ -146,7 +146,7 @@ class DaskWorkers:
             future.release()
 
     def _fetch(self, flight: _Flight) -> Result:
-        """Return a result, which stays on its worker until it is fetched and may be lost with it.
+        """Fetch a result; until then it lies on its worker, and may be lost with it.
 
         Raises:
             TimeoutError: it does not arrive, or its worker has gone.
@@ -188,7 +188,7 @@ def report_deaths() -> None:
 
 
 def _distributed() -> Any:
-    """Return Dask's package, which not everybody has.
+    """Return Dask's package, an optional dependency.
 
     Raises:
         ClusterError: it is not installed.

@@ -1,4 +1,4 @@
-"""Who evaluates solutions: an ``Evaluator`` a group at once, an ``EvaluationQueue`` whatever is submitted."""
+"""The two contracts: an ``Evaluator`` evaluates a group, an ``EvaluationQueue`` takes more at any time."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class EvaluationQueue(Protocol):
         ...
 
     def origin(self, number: int) -> Origin | None:
-        """Return where an evaluation comes from, once; None if that is not known."""
+        """Return an evaluation's origin, once; None if it is not known."""
         ...
 
 
 class LocalQueue:
-    """Has an evaluator of this process begin with each submission after the last.
+    """A queue for an evaluator of this process, which takes one submission after the other.
 
     Args:
-        evaluator: that computes.
+        evaluator: computes the evaluations.
     """
 
     def __init__(self, evaluator: Evaluator) -> None:
@@ -63,7 +63,7 @@ class LocalQueue:
             self._current = iter(self._evaluator.evaluate(self._submitted.popleft()))
 
     def origin(self, number: int) -> Origin:  # noqa: ARG002
-        """Return this computer; its threads work together, so that nobody knows an evaluation's share."""
+        """Return this computer; its threads work together, so an evaluation's share is not known."""
         return Origin(this_computer())
 
 

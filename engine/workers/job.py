@@ -1,4 +1,4 @@
-"""What a worker gets and gives back: a solution with all that decides its evaluation, and that.
+"""What a worker receives, a solution with all that decides its evaluation, and what it returns.
 
 A job is small and pure: whichever worker computes it, and however often, the outcome is the same.
 """
@@ -39,11 +39,11 @@ class World:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Result:
-    """What became of a job.
+    """The result of a job.
 
     Attributes:
         evaluation: of its solution.
-        failed: its first simulation that failed, None if all went well.
+        failed: its first simulation that failed, or None.
         origin: what computed it, in how many CPU seconds.
     """
 
@@ -53,7 +53,7 @@ class Result:
 
 
 def world_of(config: RunConfig) -> World:
-    """Return the world of a run, with its task's file if the task is one of the user's.
+    """Return the world of a run, with the file of a user's task.
 
     Raises:
         TaskError: that file cannot be read any more, or has changed since it was loaded.
@@ -79,8 +79,8 @@ def compute(world: World, solution: Solution) -> Result:
     """Evaluate a solution on one thread of this process.
 
     Raises:
-        ClusterError: the TensAtlas of this process has other robots than the one that asks.
-        TaskError: the task is a user's and fails.
+        ClusterError: this process has a version of TensAtlas that models robots differently.
+        TaskError: a user's task fails.
     """
     started = time.process_time()
     if world.body != body_fingerprint():
@@ -93,7 +93,7 @@ def compute(world: World, solution: Solution) -> Result:
 
     def keep(failed: FailedTrial) -> str:
         failures.append(failed)
-        return ""  # whoever asked keeps it, and says where
+        return ""  # the process that submitted the job stores it
 
     config = world.config
     evaluator = LocalEvaluator(

@@ -16,10 +16,10 @@ MAX_DEATHS: Final = 2
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Died:
-    """A job's worker has died before it was finished.
+    """A job's worker has died before it finished the job.
 
     Attributes:
-        reason: how, for people.
+        reason: how it died, in a few words.
     """
 
     reason: str
@@ -30,18 +30,19 @@ class Workers(Protocol):
 
     @property
     def n_workers(self) -> int:
-        """How many there are now."""
+        """Number of workers now."""
         ...
 
     def submit(self, world: World, solution: Solution) -> None:
-        """Have a solution evaluated; what is submitted first is begun first."""
+        """Submit a solution; jobs are begun in the order of submission."""
         ...
 
     def wait(self) -> list[tuple[Solution, Result | Died]]:
-        """Return what has been finished since the last call; wait until there is something.
+        """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
-            TensAtlasError: a job has an error of the user's, or the workers cannot be reached any more.
+            TensAtlasError: a job fails by an error that the user can mend, or the workers cannot be reached
+                any more.
         """
         ...
 
@@ -50,7 +51,7 @@ class PoolQueue:
     """Evaluates solutions one by one on workers; lost ones are repeated.
 
     Args:
-        workers: that compute; they stay open.
+        workers: compute the jobs; they stay open.
         world: of the run.
         keep_failure: called once for every evaluation in which a simulation failed.
     """
@@ -89,11 +90,11 @@ class PoolQueue:
         return found
 
     def origin(self, number: int) -> Origin | None:
-        """Return where an evaluation comes from, once; None if no worker finished it."""
+        """Return an evaluation's origin, once; None if no worker finished it."""
         return self._origins.pop(number, None)
 
     def _repeat(self, solution: Solution, death: Died) -> Evaluation | None:
-        """Submit a lost job again; return a failed evaluation if that has been done often enough."""
+        """Submit a lost job again; if too many workers have died of it, return a failed evaluation."""
         deaths = self._deaths[solution.number] = self._deaths.get(solution.number, 0) + 1
         if deaths < MAX_DEATHS:
             self._workers.submit(self._world, solution)
@@ -101,7 +102,7 @@ class PoolQueue:
         return unfinished(self._world.config, solution, f"its worker died each time: {death.reason}")
 
     def _kept(self, result: Result) -> Evaluation:
-        """Return a job's evaluation, its failure kept."""
+        """Store a job's failure, if any, and return its evaluation."""
         evaluation = result.evaluation
         self._origins[evaluation.solution.number] = result.origin
         if result.failed is None or self._keep_failure is None:

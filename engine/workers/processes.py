@@ -51,11 +51,11 @@ class ProcessWorkers:
 
     @property
     def n_workers(self) -> int:
-        """How many there are once there is something to compute."""
+        """Number of processes once there are jobs."""
         return self._n_workers
 
     def start(self) -> None:
-        """Start those that are missing; the first job does so too, so that a refused run starts none."""
+        """Start the missing ones; the first job does so too, so that a refused run starts none."""
         self._workers += [_Worker(self._timeout) for _ in range(self._n_workers - len(self._workers))]
 
     @property
@@ -68,21 +68,21 @@ class ProcessWorkers:
 
     def __exit__(self, *_: object) -> None:
         for worker in self._workers:
-            worker.kill()  # what it computes is computed again another time
+            worker.kill()  # its job will be computed again
         self._workers = []
         self._queue.clear()
 
     def submit(self, world: World, solution: Solution) -> None:
-        """Have a solution evaluated; what is submitted first is begun first."""
+        """Submit a solution; jobs are begun in the order of submission."""
         self.start()
         self._queue.append((world, solution))
         self._begin()
 
     def wait(self) -> list[tuple[Solution, Result | Died]]:
-        """Return what has been finished since the last call; wait until there is something.
+        """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
-            TensAtlasError: a job has an error of the user's.
+            TensAtlasError: a job fails by an error that the user can mend.
         """
         busy = {w.connection: w for w in self._workers if w.solution is not None}
         found: list[tuple[Solution, Result | Died]] = []
@@ -129,7 +129,7 @@ class _Worker:
             self.connection.send((world, solution))
 
     def take(self) -> Result | Died | Exception | None:
-        """Return what has become of its job, or None if it has just begun to work."""
+        """Return the outcome of its job, or None if the process has only reported that it is ready."""
         try:
             outcome: Result | Exception | str = self.connection.recv()
         except (EOFError, OSError):
@@ -168,7 +168,7 @@ def _serve(connection: Connection, timeout: float, parent: int) -> None:
         connection.send(_READY)
         while True:
             job: Any = connection.recv()
-            # ends the process even while it is inside MuJoCo, or in an endless loop of a task's
+            # ends the process even while it is inside MuJoCo, or in a task's endless loop
             faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
             outcome: Result | Exception
             try:

@@ -32,9 +32,9 @@ MAX_JOBS: Final = 10_000
 MARGIN: Final = 180
 """Seconds before the walltime at which a worker begins to leave."""
 LOOK: Final = 15.0
-"""Seconds between two looks at the jobs."""
+"""Seconds between two checks of the jobs."""
 STAGGER: Final = 120
-"""Seconds over which the leaving of workers that began together is spread."""
+"""Workers that began together leave spread over this many seconds."""
 
 
 def read_settings(path: Path) -> dict[str, Any]:
@@ -79,13 +79,13 @@ def lifetime(walltime: str, where: str = "walltime") -> int:
 
 
 def slurm_cluster(path: Path) -> tuple[Any, Callable[[], None]]:
-    """Return a Dask cluster whose workers are SLURM jobs as a file describes them.
+    """Return a Dask cluster of the SLURM jobs that a file describes, and a function that keeps them up.
 
-    With it comes what must be called now and then: it replaces jobs that have ended, at their walltime or
+    The function must be called every few seconds; it replaces jobs that have ended, at their walltime or
     otherwise.
 
     Raises:
-        InvalidData: the file is not as it should be.
+        InvalidData: the file is invalid.
         ClusterError: dask-jobqueue is not installed, or SLURM's commands are not there.
     """
     settings = read_settings(path)
@@ -126,7 +126,7 @@ class _Replacement:
 
     Args:
         cluster: a ``SLURMCluster``.
-        jobs: how many there should be.
+        jobs: how many to keep up.
     """
 
     def __init__(self, cluster: Any, jobs: int) -> None:
@@ -135,7 +135,7 @@ class _Replacement:
         self._looked_at = time.monotonic()
 
     def __call__(self) -> None:
-        """Look, now and then, which jobs there are."""
+        """Replace jobs that have ended, unless the last check was a moment ago."""
         now = time.monotonic()
         if now - self._looked_at < LOOK:
             return

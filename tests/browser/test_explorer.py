@@ -17,6 +17,8 @@ import mujoco
 import pytest
 from playwright.sync_api import Page, expect
 
+from app.gui.viser_private import inputs_of
+from app.server.server import serve
 from engine.storage.reader import RunReader
 from tests.support.processes import environment, free_port
 from tests.support.widgets import field_of
@@ -25,6 +27,14 @@ pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]
 
 MAP = "svg.ta-map[data-map={}]"
+SEND = """value => {
+    const label = [...document.querySelectorAll('label')].find(l => l.textContent == 'clicks');
+    let e = label, input = null;
+    while (e && !(input = e.querySelector('input'))) e = e.parentElement;
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(input, value);
+    input.dispatchEvent(new Event('input', {bubbles: true}));
+}"""
+"""Sends a value through the channel of the clicks."""
 
 
 def tile(page: Page, archive: str, filled: bool, nth: int = 0):
@@ -86,30 +96,31 @@ def test_an_empty_cell_says_so(address: str, visit: Visit) -> None:
     expect(page.locator(".ta-card")).to_have_count(0)
 
 
-def test_what_strangers_send_through_the_click_channel_is_dropped(address: str, visit: Visit) -> None:
-    page = visit(address)
-    tile(page, "morphology", True).wait_for()
-    for garbage in (
-        "morphology:99,99|1",
-        "controller:-1,2|1",
-        "../x:1,1|1",
-        "x" * 5000,
-        "",
-        "morphology:1|2",
-    ):
-        page.evaluate(
-            """value => {
-                const label = [...document.querySelectorAll('label')].find(l => l.textContent == 'clicks');
-                let e = label, input = null;
-                while (e && !(input = e.querySelector('input'))) e = e.parentElement;
-                Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(input, value);
-                input.dispatchEvent(new Event('input', {bubbles: true}));
-            }""",
-            garbage,
-        )
-    expect(page.locator(".ta-card")).to_have_count(0)
-    click(tile(page, "morphology", True))
-    expect(page.locator(".ta-card")).to_be_visible()
+def test_what_strangers_send_through_the_click_channel_is_dropped(
+    workplace: Path, small_run: Path, visit: Visit
+) -> None:
+    with serve([small_run], host="127.0.0.1", port=0) as server:
+        page = visit(f"http://127.0.0.1:{server.get_port()}")
+        tile(page, "morphology", True).wait_for()
+        (client,) = server.get_clients().values()
+        (channel,) = (c for c in inputs_of(client.gui) if c.label == "clicks")
+        for garbage in (
+            "morphology:99,99|1",
+            "controller:-1,2|1",
+            "../x:1,1|1",
+            "x" * 5000,
+            "",
+            "morphology:1|2",
+        ):
+            page.evaluate(
+                SEND,
+                garbage,
+            )
+            # of values that are set at once, the last one alone is sent
+            _wait(lambda wanted=garbage: channel.value == wanted)
+        expect(page.locator(".ta-card")).to_have_count(0)
+        click(tile(page, "morphology", True))
+        expect(page.locator(".ta-card")).to_be_visible()
 
 
 def test_two_browsers_have_their_own_selection(address: str, visit: Visit) -> None:

@@ -39,7 +39,7 @@ def test_a_disk_fills_up(small_disk, made_up):
     said = python(EVOLVE, path).stdout
     assert said.startswith(f"{path} cannot be written: ")
     assert "full" in said
-    assert f"make room there, then go on with 'tensatlas resume {path}'" in said
+    assert f"make room there, then continue with 'tensatlas resume {path}'" in said
     assert said.count("\n") == 1
     with RunReader(path) as reader:
         n = reader.n_evaluations()

@@ -15,6 +15,7 @@ PREAMBLE = """
 import dataclasses, sys
 from pathlib import Path
 import engine.runs.evolve
+from engine.config import replaced
 from engine.simulation.trials import TrialConfig
 from tests.support.made_up import MADE_UP, TINY, MadeUpEvaluator
 engine.runs.evolve.create_evaluator = lambda *_: MadeUpEvaluator()

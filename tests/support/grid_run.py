@@ -40,7 +40,7 @@ class Placed:
         return AXES
 
     def state(self) -> dict[str, Any]:
-        """Return nothing: such a run is not gone on with."""
+        """Return nothing: such a run is not resumed."""
         return {}
 
 

@@ -24,7 +24,7 @@ class Problem:
     Attributes:
         modules: which modules it concerns.
         text: what is wrong, one sentence.
-        proposals: what would work; each was tried out with these formulas.
+        proposals: what would help; each was checked with these formulas.
     """
 
     modules: tuple[int, ...]
@@ -70,7 +70,7 @@ def _problems(d: CableDesign, materials: Materials, modules: tuple[int, ...]) ->
 
 
 def _proposals(d: CableDesign, materials: Materials) -> tuple[str, ...]:
-    """Return changes that solve all of a module's problems, each tried out."""
+    """Return changes that each solve all of a module's problems, checked with these formulas."""
     cable, printer = materials.cable, materials.printer
     found = []
 

@@ -1,12 +1,12 @@
 """The passive cables as they are made: section, length along the rods and strain.
 
-A cable of the simulation is a spring of stiffness k that is L0 long when it pulls nothing. A piece of
-elastic material with the free length L, the section A and the modulus E is that spring if
-k = E A / L. In the simulation L0 is so short, and the rods hold it so far apart, that a cable of that
-length would be strained by 130 to 200 %. So a real one is longer than L0: at both ends it continues
-along its rod, under a cap (``parts.shapes``), to an eyelet or a knot. This *tail* is part of the spring:
-L = L0 + 2 tail (less the eyelets' rings, which hardly stretch). The rest length between the rod ends
-stays L0, the stiffness stays k, the strain falls and the section grows.
+A cable of the simulation is a spring of stiffness k and rest length L0. A piece of elastic material with the
+free length L, the section A and the modulus E is that spring if k = E A / L. In the simulation L0 is so
+short, and the rods hold it so far apart, that a cable of that length would be strained by 130 to 200 %. So a
+real one is longer than L0: at both ends it continues along its rod, under a cap (``parts.shapes``), to an
+eyelet or a knot. This *tail* is part of the spring: L = L0 + 2 tail (less the eyelets' rings, which hardly
+stretch). The rest length between the rod ends stays L0, the stiffness stays k, the strain falls and the
+section grows.
 """
 
 from __future__ import annotations
@@ -58,16 +58,16 @@ class CableDesign:
         level: the module's stiffness gene, 1 to 10.
         stiffness: in N/m: level / 10 x k_ref.
         stiffness_source: simulated, or measured if the materials name a ``k_ref``.
-        rest: length L0 between the anchors at which a cable pulls nothing, in m.
-        tail: how far it lies along the rod at each end, in m.
+        rest: rest length L0 between the anchors, in m.
+        tail: length that lies along the rod at each end, in m.
         free: elastic length L of the material, in m.
         area: A = k L / E, in m2.
-        section: what is made of it.
+        section: the section that is made.
         stiffness_made: E A / L of that section, in N/m; equals ``stiffness`` if there is no problem.
         strain_assembled: strain of the material in the assembled module, servo off.
         strain_contracted: largest strain of any of the 24 at full contraction of the servo.
         producible: whether the section can be printed with the nozzle, or bought.
-        springs_back: whether neither strain is more than the material bears.
+        springs_back: whether neither strain exceeds what the material springs back from.
     """
 
     module: int
@@ -148,7 +148,7 @@ def cable_design(level: int, materials: Materials) -> CableDesign:
 
 
 def section_source(materials: Materials) -> Source:
-    """Return where the section comes from: no better known than the modulus."""
+    """Return the section's source: that of the modulus, which decides it."""
     return least_certain(Source.SIMULATED, materials.cable_source)
 
 
@@ -188,7 +188,7 @@ def _printed(k: float, stretch: float, materials: Materials) -> tuple[float, Sec
 
 
 def _cord(k: float, stretch: float, materials: Materials) -> tuple[float, Section]:
-    """Return the thinnest cord whose tail makes the stiffness exact, or the one that errs least."""
+    """Return the thinnest cord whose tail makes the stiffness exact, or the one with the smallest error."""
     cable = materials.cable
     best: tuple[float, float, Section] | None = None
     for diameter in cable.stock_diameters:

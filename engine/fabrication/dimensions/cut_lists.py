@@ -23,7 +23,7 @@ class Cable:
         nodes: its two end nodes.
         assembled: length between its anchors in the assembled module, servo off (simulated).
         contracted: the same at full contraction (simulated).
-        rest: length between the anchors at which it pulls nothing (simulated).
+        rest: rest length between the anchors (simulated).
         cut: length to cut from cord, knots included; None if it is printed.
         pretension: tension in the assembled module, servo off, in N.
         stiffness: in N/m.

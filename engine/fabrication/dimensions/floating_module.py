@@ -1,11 +1,11 @@
-"""How one module stands when it floats, its servo off, released or contracted: lengths and distances.
+"""One floating module, its servo off, released or contracted: lengths and distances.
 
-What a maker holds in the hand is one module without neighbours, not yet on the ground. So the robot's
-own model of one module is simulated without gravity until it rests.
+A maker holds one module in the hand, without neighbours and off the ground. So the robot's model of one
+module is simulated without gravity until it rests.
 
-A finished module is measured between rod ends, where calipers reach, and held by its servo rod. The
-other five rods then weigh less than a twentieth of what one cable pulls, so that the floating module
-says what the calipers must show: ``contraction``.
+A finished module is measured between rod ends, where calipers reach, and held by its servo rod. The other
+five rods then weigh less than a twentieth of what one cable pulls, so the floating module predicts what the
+calipers must show: ``contraction``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from engine.simulation.model import chain_spec
 from engine.simulation.physics import Physics
 
 HOLD: Final = 5.0
-"""Simulated seconds for which a state is held before it is measured."""
+"""Simulated seconds before the module is measured."""
 SLACK: Final = 1.0
 """Target length in m that lets an internal cable hang slack."""
 RELEASED: Final = 0
@@ -60,8 +60,8 @@ class Distance:
         nodes: the two.
         released: in m, servo at 0 degrees.
         contracted: in m, servo at 180 degrees.
-        tolerance: how far a good module may be off, in m: as far as internal cables that are all off by
-            ``tolerances.INTERNAL_CABLE`` move it, and ``tolerances.STIFFNESS`` of the stroke besides.
+        tolerance: allowed deviation, in m: what errors of ``tolerances.INTERNAL_CABLE`` in all internal
+            cables cause, plus ``tolerances.STIFFNESS`` times the stroke.
     """
 
     nodes: tuple[int, int]
@@ -83,7 +83,7 @@ def floating_module(level: int, command: int | None, off: float = 0.0) -> Module
 
 @functools.lru_cache(maxsize=t.N_STIFFNESS_LEVELS)
 def contraction(level: int) -> tuple[Distance, ...]:
-    """Return the three distances between nodes with internal cables that shrink most, the most first."""
+    """Return the three distances between nodes with internal cables that shrink most, in falling order."""
     released, contracted, long, short = (
         _distances(level, command, off)
         for command, off in (
@@ -130,7 +130,7 @@ def _simulated(level: int, command: int | None, off: float) -> ModuleState:
 
 
 def _nodes(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """Return the (12, 3) nodes, turned so that they lie over the built ones as well as they can."""
+    """Return the (12, 3) nodes, turned to fit the built ones as well as possible."""
     points = []
     for n, node in enumerate(t.NODES):
         body = model.body(f"m0_rod{t.rod_of(n)}").id

@@ -19,8 +19,8 @@ class Joint:
         module: index of the first of the two; the other is the next.
         face: of the first, 1 to 8.
         next_face: face of the next module that meets it: the one opposite that module's own joining face.
-        node_pairs: three pairs (node of the first, node of the next) that are tied together; they alone
-            fix how the modules are turned.
+        node_pairs: three pairs (node of the first, node of the next) that are tied together; they fix how the
+            modules are turned.
         link: distance between two tied nodes, in m (simulated).
     """
 
@@ -39,8 +39,8 @@ class Orientation:
         module: index from 0.
         face: its joining face, towards the next module; the last module's stays free.
         rear_face: the face opposite, towards the module before; the first module's stays free.
-        servo_angle: where the middle of its servo rod lies, in degrees clockwise from straight up, for
-            someone who looks along the chain from module 0.
+        servo_angle: where the middle of its servo rod lies, in degrees clockwise from straight up, seen along
+            the chain from module 0.
         turn: clockwise turn of the servo against that of the module before, 0 to 360 degrees; None for
             module 0.
         rotation: (3, 3) from the module's own frame to the robot's (chain along +x, z up).

@@ -12,7 +12,7 @@ from engine.fabrication.materials import Materials
 GAUGE_LENGTH: Final = 0.060
 """Free length of the coupon, in m."""
 _SECTION_FACTOR: Final = 4.0
-"""The coupon has this many times a cable's width: a scale reads its force better."""
+"""The coupon is this many times as wide as a cable, so that a scale reads its force better."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

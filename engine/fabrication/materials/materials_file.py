@@ -52,7 +52,7 @@ def load_materials(source: str | Path = PRESETS[0]) -> Materials:
     """Read a preset by its name or a materials file by its path.
 
     Raises:
-        InvalidData: the file cannot be read, is not TOML, or holds something that it must not.
+        InvalidData: the file cannot be read, is not TOML, or holds an invalid value.
     """
     path = Path(source)
     if str(source) in PRESETS:

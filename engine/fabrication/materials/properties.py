@@ -13,9 +13,9 @@ from engine.fabrication.materials.sources import Source
 from engine.fabrication.materials.toml_table import number
 
 MIN_TAIL: Final = 0.006
-"""The shortest cap that holds a rod, in m: a cable lies along its rod at least this far."""
+"""Length of the shortest cap that holds a rod, in m: the least length of a cable along its rod."""
 MAX_TAIL: Final = 0.026
-"""The longest cap that leaves room for the servo's mount between two of them, in m."""
+"""Length of the longest cap that leaves room for the servo's mount between two caps, in m."""
 CAP_TIP: Final = 0.0015
 """Solid end of a cap between the end of its rod and the plane in which the cables leave, in m."""
 
@@ -84,7 +84,7 @@ class RodStock:
         material: its name.
         density: in kg/m3.
         stock_length: of a bought rod, in m.
-        kerf: what a cut takes away, in m.
+        kerf: width of a saw cut, in m.
     """
 
     material: str

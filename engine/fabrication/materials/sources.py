@@ -6,12 +6,12 @@ import enum
 
 
 class Source(enum.StrEnum):
-    """Where a number comes from; one that is computed from several has the least certain of their sources."""
+    """Where a number comes from; a number computed from several has the least certain of their sources."""
 
     SIMULATED = "simulated"
     """The simulation uses it, or computed it."""
     MEASURED = "measured"
-    """Somebody measured it on a real specimen and wrote it into the materials file."""
+    """It was measured on a real specimen and entered in the materials file."""
     ASSUMED = "assumed"
     """A data sheet's or the designer's value, which the simulation does not know."""
 

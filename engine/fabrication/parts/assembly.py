@@ -86,8 +86,8 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
 def servo_clearance(level: int, materials: Materials) -> float:
     """Return the least gap in mm between a servo with mount and drum and the module's other rods.
 
-    Looked at with the servo off, and from released to fully contracted in four steps, in a floating
-    module; negative if they would touch.
+    Checked with the servo off, and from released to fully contracted in four steps, in a floating module;
+    negative if they would touch.
     """
     body = sp.servo_body(materials.servo) + sp.drum_in_place(materials.servo)
     body = body + sp.servo_mount(materials.servo, materials.printer)

@@ -1,4 +1,4 @@
-"""The parts to print: which, how many, of what and how, derived from the robot's model and the materials."""
+"""The parts to print, their number, material and settings, from the robot's model and the materials."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 FLEXIBLE_DENSITY: Final = 1190.0
 """Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""
 CORNER_AREA: Final = 0.1
-"""What a disc cannot reach of a sharp corner, in mm2: less than this is no thin wall."""
+"""Area of a sharp corner that a disc cannot reach, in mm2: less than this is no thin wall."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,11 +26,12 @@ FLANGE_RISE: Final = 2.4
 """Height of the drum's flanges over its grooves, in mm."""
 SERVO_AXIS: Final = (-13.0, -10.5)
 """Where the servo's shaft lies: along the rod and to its side, in mm from the rod's middle. Of the four
-quarters round the guide it is the one that rods and lines keep away from when the module contracts."""
+quarters round the guide, rods and lines keep out of this one when the module contracts.
+"""
 DRUM_HEIGHT: Final = 7.0
 """Lower face of the drum above the rod's axis, towards the module's centre, in mm."""
 CLAMP: Final = (-12.0, 8.0)
-"""The mount holds the rod from here to there, in mm from its middle."""
+"""Ends of the part of the rod that the mount holds, in mm from its middle."""
 PLATE: Final = 4.0
 """Thickness of the mount's plate, in mm."""
 LINE_HOLE: Final = 1.2
@@ -57,7 +58,7 @@ def required_torque(motor: ServoMotor) -> float:
 
 
 def drum_errors(motor: ServoMotor) -> np.ndarray:
-    """Return (5,) largest differences in mm between what the drum winds and the simulated servo table."""
+    """Return (5,) largest differences in mm between the drum's winding and the simulated servo table."""
     angle = np.linspace(0.0, np.radians(motor.travel), len(servo.TARGET_LENGTHS))[:, None]
     wound = 1e3 * servo.TARGET_LENGTHS[0] - angle * groove_radii(motor)
     return np.abs(wound - 1e3 * servo.TARGET_LENGTHS).max(axis=0)
@@ -159,7 +160,7 @@ def ear_plane(motor: ServoMotor) -> float:
 
 
 def servo_body(motor: ServoMotor) -> Manifold:
-    """Return the bought servo as boxes, in the rod's frame, in mm; to be looked at and for clearances."""
+    """Return the bought servo as boxes, in the rod's frame, in mm; for viewing and for clearances."""
     y0, z0 = body_centre(motor)
     ears = ear_plane(motor)
     bottom = ears - 1e3 * motor.ear_height

@@ -1,9 +1,9 @@
 """Net, caps, links and coupon as solids, in mm.
 
-A **cap** sits on every rod end. The eyelet of the net (or the knots) lies on the bare rod below the cap;
-the four cables of the node run along the cap's sleeve, turn inwards over the notches of its crown and
-leave there, 1.5 mm from the axis, as in the simulation. Cables pull the sleeve up and the crown down
-with the same force: the cap needs no more glue than keeps it from turning.
+A **cap** sits on every rod end. The eyelet of the net (or the knots) lies on the bare rod below the cap; the
+four cables of the node run along the cap's sleeve, turn inwards over the notches of its crown and leave
+there, 1.5 mm from the axis, as in the simulation. Cables pull the sleeve up and the crown down with the same
+force: the cap needs only as much glue as keeps it from turning.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ HEAD: Final = (1.6, 0.8)
 LINK_HOLE: Final = 2.2
 """Diameter of a link's holes, which stretch onto the necks, in mm."""
 LINK_WALL: Final = 0.8
-"""Width of what lies between a link's holes, in mm."""
+"""Width of the strip between a link's holes, in mm."""
 LINK_PITCH: Final = LINK_HOLE + LINK_WALL
 """Distance of a link's holes from middle to middle, in mm."""
 LINK_THICKNESS: Final = 1.0
@@ -47,7 +47,7 @@ LINK_THICKNESS: Final = 1.0
 
 
 def net_outline(net: Net, design: CableDesign) -> Polygon:
-    """Return the net as it is cut or printed, in mm, holes and all."""
+    """Return the net's outline as it is cut or printed, with its holes, in mm."""
     width = 1e3 * design.section.width
     points = [(1e3 * e.position[0], 1e3 * e.position[1]) for e in net.eyelets]
     cables = [

@@ -62,10 +62,10 @@ def _rings(shape: Polygon | MultiPolygon) -> list[np.ndarray]:
 
 
 def triangles(solid: Manifold) -> tuple[np.ndarray, np.ndarray]:
-    """Return (V, 3) vertices in mm and (T, 3) triangles of a closed surface, as every file holds them.
+    """Return (V, 3) vertices in mm and (T, 3) triangles of a closed surface, as files hold them.
 
-    Vertices lie on a grid of 0.1 um, which single precision still tells apart on the largest bed; what is
-    finer than ten times that is taken out first, or vertices would fall together and tear the surface.
+    Vertices lie on a grid of 0.1 um, which single precision still tells apart on the largest bed. Details
+    finer than ten times that are removed first, because coinciding vertices would tear the surface.
     """
     mesh = solid.simplify(10 * _GRID).to_mesh64()
     vertices = np.round(np.asarray(mesh.vert_properties, float)[:, :3] / _GRID) * _GRID + 0.0
@@ -80,9 +80,9 @@ def triangles(solid: Manifold) -> tuple[np.ndarray, np.ndarray]:
 def thin_area(solid: Manifold, wall: float) -> float:
     """Return the largest area in mm2, over slices about 1 mm apart, that is thinner than a wall.
 
-    Thin is what a disc of the wall's diameter cannot reach (morphological opening of the slice). Corners
-    and crescents that are left over by the disc's roundness alone, less than a sixth of the wall deep, do
-    not count.
+    Thin is what a disc with the wall's thickness as diameter cannot reach (morphological opening of the
+    slice). Corners and crescents that only the disc's roundness leaves over, less than a sixth of the wall
+    deep, do not count.
     """
     low, high = solid.bounding_box()[2], solid.bounding_box()[5]
     slices = int(np.clip(high - low, 2, 24))

@@ -95,7 +95,7 @@ def test_a_run_that_cannot_be_made_is_named_and_the_others_are(campaign, capsys)
     (named,) = [line for line in said if line.startswith("tensatlas: ")]
     assert named.startswith("tensatlas: goal-reaching_coarse_1.tsmr: physics: timestep 0.02 s is too large")
     assert named.endswith(f"(see {out / 'goal-reaching_coarse_1.log'})")
-    assert said[-1] == "The same command goes on with what is unfinished."
+    assert said[-1] == "The same command resumes what is unfinished."
     assert [p.name for p in out.glob("*.tsmr")] == ["goal-reaching_map-elites_1.tsmr"]
     with RunReader(out / "goal-reaching_map-elites_1.tsmr") as reader:
         assert reader.n_evaluations() == 10

@@ -31,9 +31,9 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
         "SQLite finds no damage",
         "3 generations, 18 of 18 evaluations",
         "nothing is orphaned or missing",
-        "all 18 evaluations can be read and are what was written",
+        "all 18 evaluations can be read and are as they were written",
         "made with the versions and the physics installed here",
-        "nobody is writing it",
+        "no process is writing it",
     ):
         assert what in text, what
     assert [p.name for p in tmp_path.iterdir()] == ["run.tsmr"]
@@ -45,9 +45,9 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
         ("DELETE FROM generations WHERE generation = 1", "1 generations are missing: 1"),
         ("DELETE FROM evaluations WHERE number = 17", "18 evaluations were counted, 17 are there"),
         ("UPDATE placements SET evaluation = 99", "evaluations that do not exist: 99"),
-        ("DELETE FROM state", "the state to go on from is missing"),
-        ("UPDATE state SET generation = 1", "states to go on from are not of the last generation"),
-        ("UPDATE evaluations SET operator = 'both' WHERE number = 9", "not what was written: 9"),
+        ("DELETE FROM state", "the state to resume from is missing"),
+        ("UPDATE state SET generation = 1", "states to resume from are not of the last generation"),
+        ("UPDATE evaluations SET operator = 'both' WHERE number = 9", "differ from what was written: 9"),
         ("UPDATE evaluations SET controller = x'ff00' WHERE number = 9", "evaluation 9"),
         ("DROP TABLE placements", "table placements is not as expected"),
         ("CREATE VIEW v AS SELECT 1", "it has a view"),

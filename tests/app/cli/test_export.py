@@ -13,14 +13,14 @@ from engine.errors import ExportError
 from engine.fabrication.materials import preset_text
 from engine.storage.reader import RunReader
 from tests.support.command_line import Command
-from viz.build_sheet.facts import Place
+from viz.build_sheet.facts import ArchivePlace
 
 
 @pytest.fixture
 def elite(small_reader):
     """Place and number of the elite with the fewest modules."""
     cell, number = min(small_reader.placements("morphology", small_reader.last_generation()).items())
-    return Place(archive="morphology", cell=cell), number
+    return ArchivePlace(archive="morphology", cell=cell), number
 
 
 @pytest.mark.parametrize(

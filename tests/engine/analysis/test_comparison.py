@@ -125,7 +125,7 @@ def test_different_settings_of_one_algorithm_are_noted(run_file):
 
 
 def test_equal_seeds_are_noted(run_file):
-    assert "share the seed 3: they are no independent" in notes(run_file("a", 3), run_file("b", 3))
+    assert "share the seed 3: they are not independent" in notes(run_file("a", 3), run_file("b", 3))
 
 
 def test_unfinished_runs_are_noted(run_file):

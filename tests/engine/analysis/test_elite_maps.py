@@ -236,7 +236,7 @@ def test_what_lacks_a_trajectory_is_simulated_again(simulated_run, tmp_path):
         assert a.placements("grid", n) == b.placements("grid", n)
         number = next(k for k in a.placements("grid", n).values() if k % 2 == 0)
         assert np.array_equal(a.evaluation(number).trajectory, b.evaluation(number).trajectory)
-    with pytest.raises(RunFileError, match="without a trajectory and cannot be gone on with"):
+    with pytest.raises(RunFileError, match="without a trajectory and cannot be resumed"):
         resume(stripped)
     assert "simulates it again" in load_result(stripped).no_grid
 

@@ -102,6 +102,7 @@ def test_changed_physics(run):
     assert changed_physics(physics, inertia_scale=physics.inertia_scale) == physics
     light = changed_physics(physics, inertia_scale=physics.inertia_scale / 10, timestep_factor=0.25)
     assert light.timestep < physics.timestep / 10
+    assert changed_physics(physics, simulator="kernel") == dataclasses.replace(physics, simulator="kernel")
 
 
 @pytest.mark.parametrize(

@@ -221,7 +221,7 @@ def test_a_flipped_digit_is_noticed_named_and_computed_again(whole, tmp_path):
     path, out = shutil.copy(whole, tmp_path / "flipped.tsmr"), tmp_path / "new.tsmr"
     change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 24 AND fitness NOT NULL")
     (problem,) = problems(path)
-    assert "1 evaluations are not what was written: 24" in problem
+    assert "1 evaluations differ from what was written: 24" in problem
     found = recover(path, out)
     assert found.damaged == [24]
     assert (found.n_generations, found.n_evaluations) == (1, 37)
@@ -301,7 +301,7 @@ def test_an_older_format_is_read_gone_on_with_and_copied_but_never_changed(old, 
     assert hash_of(out) == hash_of(whole)
     with RunReader(out) as reader:
         assert reader.format_version == FORMAT_VERSION
-    assert any("what was written" in f.text for f in check_run(out))
+    assert any("are as they were written" in f.text for f in check_run(out))
     with pytest.raises(RunFileError, match="has the present format"):
         migrate(out, tmp_path / "again.tsmr")
     with pytest.raises(RunFileError, match="exists"):

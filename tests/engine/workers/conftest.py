@@ -2,11 +2,9 @@
 
 import pytest
 
-import engine.runs.evolve
 from engine.config import preset, replaced
 from engine.simulation.trials import TrialConfig
 from engine.tasks import load_task, loading
-from tests.support.made_up import TINY
 from tests.support.run_hash import hash_of
 
 TASK = """
@@ -28,11 +26,9 @@ TASK = Task(
 
 
 @pytest.fixture(scope="session")
-def tiny_run(tmp_path_factory):
+def tiny_run(simulated_run):
     """A finished run of real simulations on a thread of this process, and its hash; not to be changed."""
-    path = tmp_path_factory.mktemp("tiny") / "undisturbed.tsmr"
-    engine.runs.evolve.evolve(path, TINY, n_threads=1)
-    return path, hash_of(path)
+    return simulated_run, hash_of(simulated_run)
 
 
 @pytest.fixture

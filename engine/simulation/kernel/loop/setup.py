@@ -1,0 +1,193 @@
+"""What drives the lanes' robots, and where to write down what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+
+from engine.control.genome import Controller
+from engine.simulation.kernel.lanes.simd import Integers, Reals, integers, reals, width_of
+from engine.simulation.kernel.loop.network import Network, compile_network, no_network
+from engine.simulation.kernel.loop.noise import streams
+from engine.simulation.kernel.loop.sensing import Scene
+from engine.simulation.kernel.loop.servos import Servos, make_servos
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+from engine.simulation.physics import Physics
+
+RELEASED: Final = 0
+"""The servos are off."""
+TOGETHER: Final = 1
+"""All modules have the same command, that of number ``servos.choice``, without noise."""
+CONTROLLER: Final = 2
+"""The networks choose the commands, to which noise is added."""
+
+
+class Rhythm(NamedTuple):
+    """When things happen.
+
+    Attributes:
+        n_steps: time steps in a control update.
+        period: seconds between two control updates.
+        per_second: control updates in a second.
+        start: control updates between the drop and the beginning of this loop.
+    """
+
+    n_steps: int
+    period: float
+    per_second: int
+    start: int
+
+
+class Loop(NamedTuple):
+    """What drives the lanes' robots, and what belongs to it.
+
+    Attributes:
+        drive: ``RELEASED``, ``TOGETHER`` or ``CONTROLLER``.
+        rhythm: when things happen.
+        scene: what is sensed.
+        network: that all lanes share.
+        values: its inputs and nodes' values.
+        servos: the robot's.
+        streams: (4,) vectors of integers: the lanes' noise.
+        draws: (modules x 5,) vectors to draw noise into.
+        noise: standard deviation of the noise on a commanded length, in m.
+        clock: (1,) control updates since the drop.
+        failed_at: one vector of integers: control updates from the drop to a simulation's failure, or to the
+            beginning of this loop if it had failed before; else 0.
+        head: (2,) vectors: where the heads are in the frame, in m.
+        score: one vector: how the present state scores, in m; of a task of the kernel.
+    """
+
+    drive: int
+    rhythm: Rhythm
+    scene: Scene
+    network: Network
+    values: Reals
+    servos: Servos
+    streams: Integers
+    draws: Reals
+    noise: float
+    clock: np.ndarray
+    failed_at: Integers
+    head: Reals
+    score: Reals
+
+
+class Recording(NamedTuple):
+    """Where to write down what happens. Arrays of length 0 are left out.
+
+    Attributes:
+        path: (seconds, lanes, 2) where the heads are in the frame at every full second, in m. A lane that
+            has failed stays where it was before that.
+        poses: (updates, trials, rods, 7) centres in m and quaternions after every control update, of the
+            first lanes.
+        commands: (updates, trials, modules x 5) commanded lengths in m, noise included.
+        sensed: (updates, trials, inputs) what the networks were given.
+    """
+
+    path: np.ndarray
+    poses: np.ndarray
+    commands: np.ndarray
+    sensed: np.ndarray
+
+
+NOTHING: Final[frozenset[str]] = frozenset()
+"""What is recorded besides the path unless asked for."""
+POSE: Final = 7
+"""Numbers of a rod's pose: centre and quaternion, the first of its state."""
+
+
+class HeadOf(Protocol):
+    """What has to be known of a head; ``engine.simulation.rollout.Head`` says it."""
+
+    @property
+    def module(self) -> int:
+        """Index of the head module."""
+
+    @property
+    def front(self) -> tuple[int, ...]:
+        """Rods of the module whose centres average to its front face."""
+
+    @property
+    def rear(self) -> tuple[int, ...]:
+        """Rods of the module whose centres average to its rear face."""
+
+    @property
+    def is_end(self) -> bool:
+        """Whether it is the chain's last module."""
+
+
+def make_recording(model: Model, loop: Loop, n_updates: int, record: frozenset[str]) -> Recording:
+    """Return room for the next control updates of all lanes.
+
+    Args:
+        model: the robot.
+        loop: what drives it.
+        n_updates: how many control updates.
+        record: which fields are wanted besides the path.
+    """
+    n, rhythm = width_of(loop.values), loop.rhythm
+    since = int(loop.clock[0]) - rhythm.start
+    seconds = (since + n_updates) // rhythm.per_second - since // rhythm.per_second
+    sizes: dict[str, tuple[int, ...]] = {
+        "poses": (RODS * model.n_modules, POSE),
+        "commands": (INTERNAL * model.n_modules,),
+        "sensed": (loop.network.n_inputs,),
+    }
+    assert record <= set(sizes)
+    arrays = {k: np.zeros((n_updates if k in record else 0, n, *size)) for k, size in sizes.items()}
+    return Recording(path=np.zeros((seconds, n, 2)), **arrays)
+
+
+def head_rods(head: HeadOf) -> list[int]:
+    """Return the three rods of a head's front face, then those of its rear face."""
+    return [RODS * head.module + rod for rod in (*head.front, *head.rear)]
+
+
+def make_loop(
+    model: Model,
+    scene: Scene,
+    physics: Physics,
+    *,
+    drive: int,
+    start: int,
+    width: int,
+    head: HeadOf,
+    controller: Controller | None = None,
+    noise: Sequence[tuple[int, int, int, int]] | None = None,
+) -> Loop:
+    """Return a loop that begins ``start`` control updates after the drop.
+
+    Args:
+        model: the robot.
+        scene: what is sensed.
+        physics: time step, control period and noise.
+        drive: see ``Loop``.
+        start: control updates.
+        width: lanes.
+        head: the robot's.
+        controller: that drives it, if it does.
+        noise: per lane its run's seed, its evaluation's number, its target and its repeat.
+    """
+    n = model.n_modules
+    network = no_network() if controller is None else compile_network(controller, 2 * n)
+    return Loop(
+        drive=drive,
+        rhythm=Rhythm(
+            physics.steps_per_control, physics.control_period, round(1.0 / physics.control_period), start
+        ),
+        scene=scene,
+        network=network,
+        values=reals(network.n_inputs + len(network.bias), width=width),
+        # the first pair of outputs drives the head module
+        servos=make_servos(range(n)[::-1] if head.is_end else range(n), width=width),
+        streams=integers(4, width=width) if noise is None else streams(noise, width=width),
+        draws=reals(INTERNAL * n, width=width),
+        noise=physics.servo_noise,
+        clock=np.array([start]),
+        failed_at=integers(1, width=width),
+        head=reals(2, width=width),
+        score=reals(1, width=width),
+    )

@@ -1,0 +1,12 @@
+"""One time step of robots of free rods and straight cables, on a plane and between boxes.
+
+Read in this order:
+
+- ``parameters``: every number, read from a compiled MuJoCo model. ``scope``: which models are refused.
+- ``state``: what a simulation is between two steps.
+- ``motion``: free motion: cables, servos, gravity, turning.
+- ``softness``: MuJoCo's impedance and reference acceleration. ``friction``: the cone.
+- ``contact``: one contact. ``ground``, ``walls``, ``capsule_box``, ``rod_contacts``: where rods touch what.
+- ``links``: limits of the links between modules.
+- ``solver``: sweeps over islands until each settles.
+"""

@@ -1,0 +1,198 @@
+"""The lanes' states and the memory that a step works in.
+
+Arrays are of vectors, one lane per simulation (``simd``). Forces of the last step are part of a state: a step
+starts its search for the new ones from them.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from engine.simulation.kernel.lanes import simd
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+
+ROD: Final = 13
+"""Numbers of a rod's state: centre 3, quaternion 4, velocity 3, angular velocity in its own frame 3."""
+WALL: Final = 8
+"""Numbers of a wall: centre 3, half sizes 3, cosine and sine of its turn about the vertical."""
+POSE: Final = 9
+"""Numbers that a step derives of a rod, in the world's axes: unit vector along it, centre of mass from its
+middle, angular velocity."""
+ACCELERATION: Final = 6
+"""Numbers of a rod's acceleration: of its centre of mass, less what its turning alone gives, and angular."""
+CONTACT: Final = 26
+"""Numbers of a contact of a rod with the ground or a wall (``contacts``)."""
+PAIR: Final = 29
+"""Numbers of a contact of two rods (``rod_contacts``)."""
+LINK: Final = 19
+"""Numbers of a link (``links``)."""
+OWN_PAIRS: Final = RODS * (RODS - 1) // 2
+"""Pairs of rods of one module."""
+PAIRS_OF_MODULE: Final = OWN_PAIRS + RODS * RODS
+"""Pairs of rods whose force is kept from step to step: of one module and of it with the next."""
+
+
+class Work(NamedTuple):
+    """Memory that a step fills anew; not part of a state.
+
+    Attributes:
+        pose: (rods x 9,) see ``POSE``.
+        acceleration: (rods x 6,) see ``ACCELERATION``.
+        module: (6 x 18,) rotations and loads of one module's rods.
+        contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
+        contact_slot: per contact where its force is kept.
+        contact_start: (islands x 2 + 1,) first contact of an island's first and second rod.
+        link: (islands x 19,) see ``LINK``.
+        linked: (islands,) whether an island's link is taut in any lane.
+        pair: (pairs x 29,) contacts between two rods.
+        pair_slot: per contact where its force is kept, -1 for nowhere.
+        pair_rods: (pairs x 2,) its rods.
+        near: (all pairs x 2,) pairs of rods that may touch before the next search.
+        near_walls: (rods x walls x 2,) the same of rods and walls.
+        counts: see the constants in this module.
+        used: slots whose force was set in the last step: pairs' from the start, walls' from ``used_walls``.
+        used_walls: where those begin.
+        coupled: (islands,) integers: 1 in lanes in which another island's rod touches one of this island's.
+        moved: one vector: how far a point of a rod may have moved since the last search, in m.
+        lane: (12,) vectors of reals for what is done lane by lane.
+    """
+
+    pose: np.ndarray
+    acceleration: np.ndarray
+    module: np.ndarray
+    contact: np.ndarray
+    contact_slot: np.ndarray
+    contact_start: np.ndarray
+    link: np.ndarray
+    linked: np.ndarray
+    pair: np.ndarray
+    pair_slot: np.ndarray
+    pair_rods: np.ndarray
+    near: np.ndarray
+    near_walls: np.ndarray
+    counts: np.ndarray
+    used: np.ndarray
+    used_walls: np.ndarray
+    coupled: np.ndarray
+    moved: np.ndarray
+    lane: np.ndarray
+
+
+N_NEAR: Final = 0
+"""In ``Work.counts``: pairs of rods that may touch; -1 before the first search."""
+N_NEAR_WALLS: Final = 1
+"""Pairs of a rod and a wall that may touch."""
+N_PAIRS: Final = 2
+"""Contacts of two rods in the present step."""
+N_USED: Final = 3
+"""Slots of contacts of two rods whose force was set in the last step; -1 if not known, then it may be any."""
+N_USED_WALLS: Final = 4
+"""The same of contacts with walls."""
+N_SWEEPS: Final = 5
+"""Sweeps over one island since the state was made, all islands together: for benchmarks."""
+N_COUPLED: Final = 6
+"""Sweeps over all coupled islands since the state was made: for benchmarks."""
+N_COUNTS: Final = 7
+
+
+class State(NamedTuple):
+    """Simulations of one robot, one per lane.
+
+    Attributes:
+        rods: (rods x 13,) see ``ROD``.
+        commanded: (modules x 5,) commanded lengths of the internal cables, in m.
+        failed: (1,) integers: 0 while a simulation goes on, else one of ``guard``'s codes.
+        n_walls: walls of every lane.
+        walls: (walls x 8,) see ``WALL``.
+        link_force: (islands,) in N.
+        contact_force: (slots x 3,) in N, in the world's axes: two of every rod with the ground, then two of
+            every rod with every wall.
+        pair_force: (slots x 3,) in N, on the second rod.
+        work: what a step works in.
+    """
+
+    rods: np.ndarray
+    commanded: np.ndarray
+    failed: np.ndarray
+    n_walls: int
+    walls: np.ndarray
+    link_force: np.ndarray
+    contact_force: np.ndarray
+    pair_force: np.ndarray
+    work: Work
+
+
+KEPT: Final = ("rods", "link_force", "contact_force", "pair_force")
+"""The fields from which a simulation goes on with the same bits."""
+
+
+def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
+    """Return simulations at rest, all rods at the origin, with no forces and walls nowhere near."""
+    m, rods, islands = model.n_modules, RODS * model.n_modules, model.n_islands
+    pairs, wall_contacts = rods * (rods - 1) // 2, 2 * rods * n_walls
+    contacts = 2 * rods + wall_contacts
+
+    def reals(n: int) -> np.ndarray:
+        return simd.reals(n, width=width)
+
+    def numbers(n: int) -> np.ndarray:
+        return np.zeros(n, np.int64)
+
+    work = Work(
+        pose=reals(POSE * rods),
+        acceleration=reals(ACCELERATION * rods),
+        module=reals(18 * RODS),
+        contact=reals(CONTACT * contacts),
+        contact_slot=numbers(contacts),
+        contact_start=numbers(2 * islands + 1),
+        link=reals(LINK * islands),
+        linked=numbers(islands),
+        pair=reals(PAIR * pairs),
+        pair_slot=numbers(pairs),
+        pair_rods=numbers(2 * pairs),
+        near=numbers(2 * pairs),
+        near_walls=numbers(2 * rods * n_walls),
+        counts=numbers(N_COUNTS),
+        used=numbers(pairs),
+        used_walls=numbers(wall_contacts),
+        coupled=simd.integers(islands, width=width),
+        moved=reals(1),
+        lane=reals(12),
+    )
+    state = State(
+        rods=reals(ROD * rods),
+        commanded=reals(INTERNAL * m),
+        failed=simd.integers(1, width=width),
+        n_walls=n_walls,
+        walls=reals(WALL * n_walls),
+        link_force=reals(islands),
+        contact_force=reals(3 * contacts),
+        pair_force=reals(3 * PAIRS_OF_MODULE * m),
+        work=work,
+    )
+    simd.by_lane(state.rods).reshape(rods, ROD, width)[:, 3] = 1.0
+    forget(state)
+    return state
+
+
+def forget(state: State) -> None:
+    """Forget what a step keeps for the next one to save time: to be called after a state was written."""
+    state.work.counts[[N_NEAR, N_USED, N_USED_WALLS]] = -1
+
+
+def save(state: State, lane: int) -> np.ndarray:
+    """Return one simulation's state, from which it goes on with the same bits in any lane of any width."""
+    return np.concatenate([simd.by_lane(getattr(state, field))[:, lane] for field in KEPT])
+
+
+def restore(state: State, lane: int, saved: np.ndarray) -> None:
+    """Set one simulation's state to a saved one of a robot with as many modules and walls."""
+    start = 0
+    for field in KEPT:
+        values = simd.by_lane(getattr(state, field))
+        values[:, lane] = saved[start : start + len(values)]
+        start += len(values)
+    assert start == len(saved)
+    forget(state)

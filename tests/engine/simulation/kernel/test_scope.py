@@ -1,0 +1,107 @@
+"""A model with anything that the kernel does not know is refused by name."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from engine.body.morphology import Morphology
+from engine.simulation.kernel.physics import scope
+from engine.simulation.kernel.physics.parameters import read_model
+from engine.simulation.kernel.physics.walls import read_walls
+from engine.simulation.model import build_robot, with_walls
+from engine.simulation.physics import Physics
+from engine.tasks.walls import Wall
+
+ROBOT = build_robot(Morphology(4, (3, 8, 1)), Physics())
+
+
+def test_a_robots_numbers_are_its_models():
+    model = read_model(ROBOT.model)
+    assert model.n_modules == 3
+    assert model.timestep == ROBOT.model.opt.timestep
+    np.testing.assert_array_equal(1.0 / model.inverse_mass, ROBOT.model.body_mass[1:7])
+    # two joints of three links leave six rods of the ends alone
+    assert (model.islands == -1).sum() == 18 - 2 * 6
+    assert len(model.islands) == 2 * (6 + 6)
+
+
+def test_walls_are_read_from_a_model():
+    walls = [Wall(centre=(1.0, 2.0, 0.1), half_size=(0.1, 0.2, 0.3), yaw=0.7)]
+    (found,) = read_walls(with_walls(ROBOT, walls))
+    assert (found.centre, found.half_size) == (walls[0].centre, walls[0].half_size)
+    assert found.yaw == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("field", [*scope.FIELDS, *scope.READ])
+def test_fields_are_mujocos(field):
+    assert hasattr(ROBOT.model, field)
+
+
+@pytest.mark.parametrize("option", scope.OPTIONS)
+def test_options_are_mujocos(option):
+    assert hasattr(ROBOT.model.opt, option)
+
+
+def _set(path, value):
+    def change(spec):
+        *owners, name = path.split(".")
+        thing = spec
+        for owner in owners:
+            thing = getattr(thing, owner)
+            if isinstance(thing, list | tuple) or hasattr(thing, "__getitem__"):
+                thing = thing[-1]
+        setattr(thing, name, value)
+
+    return change
+
+
+def _add_weld(spec):
+    spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1="m0_rod0",
+        name2="m0_rod1",
+        data=np.zeros(12),
+    )
+
+
+def _add_sphere(spec):
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.1, 0.0, 0.0])
+
+
+def _tilt_plane(spec):
+    spec.geom("ground").quat = [1.0, 0.1, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (_set("option.cone", mujoco.mjtCone.mjCONE_PYRAMIDAL), "cone"),
+        (_set("option.integrator", mujoco.mjtIntegrator.mjINT_RK4), "integrator"),
+        (_set("option.density", 1.2), "density"),
+        (_set("option.gravity", [1.0, 0.0, -9.8]), "gravity"),
+        (_set("option.disableflags", int(mujoco.mjtDisableBit.mjDSBL_CONTACT)), "disableflags"),
+        (_add_weld, "equality constraints"),
+        (_add_sphere, "boxes"),
+        (_tilt_plane, "plane"),
+        (_set("tendons.frictionloss", 0.1), "tendon_frictionloss"),
+        (_set("tendons.armature", 0.1), "tendon_armature"),
+        (_set("actuators.ctrllimited", True), "actuator_ctrllimited"),
+        (_set("geoms.friction", [0.9, 0.005, 0.0001]), "geom_friction"),
+        (_set("geoms.margin", 0.01), "geom_margin"),
+        (_set("geoms.condim", 1), "geom_condim"),
+        (_set("geoms.solimp", [0.9, 0.95, 0.001, 0.3, 2.0]), "geom_solimp"),
+        (_set("joints.damping", [0.1, 0.0, 0.0]), "dof_damping"),
+        (_set("bodies.gravcomp", 0.5), "body_gravcomp"),
+        (_set("bodies.mass", 2.0), "masses of modules"),
+    ],
+)
+def test_unknown_things_are_refused(change, named):
+    spec = ROBOT.spec.copy()
+    change(spec)
+    if named == "actuator_ctrllimited":
+        spec.actuators[-1].ctrlrange = [0.0, 1.0]
+    with pytest.raises(ValueError, match=named):
+        read_model(spec.compile())
