@@ -11,6 +11,7 @@ import viser
 from app.gui.page_channel import add_channel
 from app.gui.viser_private import uuid_of
 
+Clicked = Callable[[str, tuple[int, ...]], None]
 _CLICK = re.compile(r"([a-z0-9-]{1,40}):(\d{1,3}(?:,\d{1,3}){0,5})\|\d{1,16}")
 
 
@@ -19,13 +20,13 @@ class ClickChannel:
 
     Args:
         gui: of one client; create it inside the container that also holds the pictures.
-        clicked: called with the name and the cell. Whatever else a browser sends is dropped.
+        clicked: called with the name and the cell; None to say later with ``on_click``. Whatever else a
+            browser sends is dropped.
         label: of the hidden input.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, clicked: Callable[[str, tuple[int, ...]], None], *, label: str = "clicks"
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, clicked: Clicked | None = None, *, label: str = "clicks") -> None:
+        self._clicked = clicked
         channel = add_channel(gui, label)
         self.handler = html.escape(f"taClick(event,'{uuid_of(channel)}')")
         """JavaScript for ``onpointerdown`` of a picture or ``onclick`` of a button, escaped."""
@@ -33,5 +34,9 @@ class ClickChannel:
         @channel.on_update
         def _(event: viser.GuiEvent) -> None:
             match = _CLICK.fullmatch(str(event.target.value))
-            if match:
-                clicked(match[1], tuple(int(n) for n in match[2].split(",")))
+            if match and self._clicked is not None:
+                self._clicked(match[1], tuple(int(n) for n in match[2].split(",")))
+
+    def on_click(self, clicked: Clicked) -> None:
+        """Call a function with the name and the cell of every click."""
+        self._clicked = clicked

@@ -55,12 +55,10 @@ class ArchivesPanel:
     """
 
     def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
-        gui = self._gui = client.gui
+        gui = client.gui
         panel = self.panel = gui.add_panel()
         """Where tabs of other things may lie beside this one."""
-        self._tab = panel.add_tab("Archives", viser.Icon.GRID_DOTS)
-        self._handler = ""
-        with self._tab:
+        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
             self.picker = RunPicker(gui, facts)
             """The list of runs."""
             self._status = gui.add_html("")
@@ -69,6 +67,7 @@ class ArchivesPanel:
                 "View", ("-",), visible=False, hint="How the archives of more than two axes are drawn"
             )
             self._colors = ColorControls(gui)
+            self._cells = ClickChannel(gui)
             self._maps = [gui.add_html("") for _ in range(MAX_MAPS)]
             self._rings = gui.add_html("")
             self._slider = gui.add_slider(
@@ -84,10 +83,12 @@ class ArchivesPanel:
                 "Grow", color="gray", disabled=True, hint=PLAY_HINT, icon=viser.Icon.PLAYER_PLAY
             )
             self._trend = gui.add_html("")
+            self._keys = ClickChannel(gui, label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
                 + f"<style>{page_file('archives_panel.css', __package__)}</style>"
                 + run_script(SCRIPT)
+                + render_key("space", "key-space", self._keys.handler)
                 + in_a_row((self._slider, 78), (self._play, 22))
             )
         panel.dock_left()
@@ -96,11 +97,8 @@ class ArchivesPanel:
 
     def connect(self, events: ArchivesEvents) -> None:
         """Report from now on what the user does; call it once, when all that it is reported to is there."""
-        gui = self._gui
-        with self._tab:
-            self._handler = ClickChannel(gui, events.cell_clicked).handler
-            keys = ClickChannel(gui, lambda _name, _cell: events.space_pressed(), label="keys")
-            gui.add_html(render_key("space", "key-space", keys.handler))
+        self._cells.on_click(events.cell_clicked)
+        self._keys.on_click(lambda _name, _cell: events.space_pressed())
         self.picker.on_choose(events.run_chosen)
         self._colors.on_change(events.colors_changed)
         self._play.on_click(ignoring_event(events.growth_played))
@@ -209,7 +207,7 @@ class ArchivesPanel:
             f"{html.escape(picture.title)}</b>"
             f'<span class="ta-figures" style="font-size:11.5px;opacity:.8">{html.escape(picture.figures)}'
             f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
-            f'<div style="max-width:410px">{picture.render(ring, self._handler)}</div></div>'
+            f'<div style="max-width:410px">{picture.render(ring, self._cells.handler)}</div></div>'
         )
 
     def _clear(self) -> None:
