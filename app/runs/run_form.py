@@ -16,7 +16,7 @@ from app.gui.field_docs import field_docs
 from app.gui.widgets import ignoring_event, put
 from app.runs.launcher import NewRun, check_name, choices
 from app.worker_flags import MAX_WORKERS
-from engine.config import PRESETS, RunConfig, from_json, inline_tables, preset, to_json
+from engine.config import PRESETS, RunConfig, from_json, inline_tables, preset
 from engine.errors import InvalidData, TensAtlasError
 from engine.runs.evolve import check_physics
 from viz import theme
@@ -175,13 +175,18 @@ class RunForm:
 
     def _fill(self, _event: viser.GuiEvent) -> None:
         """Take what the preset decides; what is to be evolved and how stays as it is."""
-        data = to_json(preset(str(self._preset.value)))
+        config = preset(str(self._preset.value))
+        # not as a file has them: it leaves out what files of older versions imply
+        values: dict[tuple[str, ...], Any] = {
+            (name,): getattr(owner, name) for owner, name in _own_fields(config)
+        }
+        for group in TITLES:
+            part = getattr(config, group)
+            values |= {(group, field.name): getattr(part, field.name) for field in dataclasses.fields(part)}
         for field in self._fields:
             if field.path[0] in ("task", "algorithm", "seed"):
                 continue
-            value: Any = data
-            for name in field.path:
-                value = value[name]
+            value = values[field.path]
             put(field.widget, value if field.kind is int else write(value))
         self.check()
 
