@@ -121,7 +121,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         " sensory stiffness task",
         "trials.": "open-loop-time repeats settle-time trial-time",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
-        " servo-noise timestep",
+        " servo-noise simulator timestep",
         "vie-neat.": "boundary-rate compatibility-threshold controllers elitism morphologies mutants"
         " species-elitism",
     }
