@@ -1,10 +1,10 @@
 """What a person runs: the command line and the browser app. Imports engine and viz; nothing imports it.
 
-Read in this order; a room imports only rooms above it in this list:
+Read in this order; a room imports only rooms listed before it:
 
 - ``state``: what one browser looks at, and who alone changes each part.
-- ``limits``: how much a visitor may simulate. ``worker_flags``: what computes, as flags of commands.
-- ``gui``: what viser lacks: access, clicks on pictures, values of a page.
+- ``limits``: how much a visitor may simulate. ``worker_flags``: flags that choose the workers.
+- ``gui``: additions to viser: access, clicks in pictures, values kept in the browser's page.
 - ``runs``: run files: found, started, uploaded, compared.
 - ``maps``: the left panel: which maps of a run, drawn how.
 - ``replay``: a replay in the 3D scene, and its transport.
@@ -14,7 +14,8 @@ Read in this order; a room imports only rooms above it in this list:
 - ``server``: serves browsers.
 - ``cli``: the commands. ``__main__``: ``python -m app``.
 
-A click on a cell goes from ``gui.click_channel`` to ``Session.pick`` and on to ``ChosenRobot.choose``. That
+A click on a cell goes from ``gui.click_channel`` to ``Session.pick``, to ``MapBoard.pick``, which
+says whose cell it is, and on to ``ChosenRobot.choose``. That
 loads what ``ReplaySource.replay`` returns into the player, which then calls ``ReplaySource.show`` for every
 frame.
 """

@@ -23,7 +23,7 @@ class ShownRun:
 
     Attributes:
         path: of the run, None before one is shown.
-        reader: of what the screen shows; if the file was replaced, the library has another one.
+        reader: whose contents are on the screen; after the file was replaced, the library holds a newer one.
         generations: the closed generations of the run, in order.
         follow_newest: whether the maps follow a live run.
     """
@@ -43,7 +43,7 @@ class ShownRun:
         self.generations += generations
 
     def look_at(self, number: int) -> None:
-        """Follow a live run from its last generation on, and from no other."""
+        """Follow a live run if this is its last generation, else stop following it."""
         self.follow_newest = self.last is not None and number == self.last.number
 
     @property
@@ -61,8 +61,8 @@ class Selection:
         cell: of the archive, None if none of its cells held the robot.
         evaluation: the robot.
         entered: generation of the evaluation.
-        line: the robot that was clicked on a map, its parent, and so on. An ancestor that was chosen from it
-            keeps it, and the archive and cell of the robot that was clicked.
+        line: the robot that was clicked on a map and its ancestors, the youngest first. Choosing an ancestor
+            keeps the line, the archive and the cell.
     """
 
     archive: str
@@ -100,7 +100,7 @@ class Choice:
     trial: TrialChoice = FIRST_TRIAL
 
     def select(self, selection: Selection) -> None:
-        """Choose another robot; the trial stays until one is chosen."""
+        """Choose another robot; the trial is kept."""
         self.selection = selection
 
     def replay(self, trial: TrialChoice) -> None:

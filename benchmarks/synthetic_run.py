@@ -53,7 +53,7 @@ class SyntheticRun:
         }
         self.generation = 0
         self.n_evaluations = 0
-        self._writer = RunWriter.create(path, config, versions(config.task))
+        self._writer = RunWriter.create(path, config, versions(config.task, config.physics.simulator))
 
     def __enter__(self) -> Self:
         return self

@@ -1,6 +1,6 @@
 """The science of TensAtlas. It imports neither viz nor app and runs without a screen.
 
-From the ground up; a room imports only those above it in this list:
+From the ground up; a room imports only rooms listed before it:
 
 - ``errors``: errors with a message for the user. ``files``: CSV, JSON, TOML and ZIP.
 - ``body``: what a robot is. ``control``: controller genes and their network.

@@ -255,7 +255,10 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
             "rear_bodies": [f"m{head.module}_rod{r}" for r in head.rear],
         },
         "config": configuration.to_json(reader.config),
-        "versions": {"run": reader.versions, "export": versions(reader.config.task)},
+        "versions": {
+            "run": reader.versions,
+            "export": versions(reader.config.task, reader.config.physics.simulator),
+        },
     }
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 

@@ -28,5 +28,17 @@ def test_a_room_is_small_and_its_docstring_names_what_it_holds(room):
     assert len(names) <= MOST_IN_A_ROOM
     docstring = ast.get_docstring(ast.parse((ROOT / room / "__init__.py").read_text())) or ""
     inner = [p.parent.name for p in (ROOT / room).glob("*/__init__.py")]
-    assert [n for n in names if f"``{n}``" not in docstring] == []
-    assert [n for n in inner if f"``{n}/``" not in docstring] == []
+    unnamed = [n for n in names if f"``{n}``" not in docstring]
+    unnamed += [f"{n}/" for n in inner if f"``{n}/``" not in docstring]
+    assert not unnamed, f"{room}/__init__.py does not say what {', '.join(unnamed)} is for"
+
+
+def test_every_folder_of_modules_is_a_room():
+    folders = {p.parent for top in MOST_AT_THE_TOP for p in (ROOT / top).rglob("*.py")}
+    folders -= {p for p in folders if "data" in p.parts}
+    assert [str(p.relative_to(ROOT)) for p in sorted(folders) if not (p / "__init__.py").exists()] == []
+
+
+def test_the_top_holds_no_other_package():
+    packages = {p.parent.name for p in ROOT.glob("*/*.py")} - {"tests", "benchmarks"}
+    assert packages == set(MOST_AT_THE_TOP)

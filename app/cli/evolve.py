@@ -89,6 +89,8 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         ClusterError: the workers cannot be started or reached.
     """
     keep_memory_compact()
+    if config is not None and config.physics.simulator == "kernel":
+        _announce_compiling(console)
     with opened(flags) as workers, ProgressDisplay(console) as display:
         computing: dict[str, Any] = {
             "n_threads": flags.workers,
@@ -101,6 +103,15 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         for change in changed_versions(path):
             console.print(f"tensatlas: note: {change}: results may differ", markup=False)
         evolve.resume(path, **computing)
+
+
+def _announce_compiling(console: Console) -> None:
+    """Say that the kernel is compiled now, if it has not been on this machine."""
+    from engine.simulation.kernel.lanes.compiling import is_kept
+    from engine.simulation.kernel.loop import closed_loop
+
+    if not is_kept(Path(closed_loop.__file__)):
+        console.print("Compiling the kernel: about a minute, once on this machine", markup=False)
 
 
 def _compute(

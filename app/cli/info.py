@@ -84,6 +84,7 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         yield key, facts[key]
     yield "evaluations", f"{facts['evaluations']} of {facts['budget']}"
+    yield "physics", str(reader.config.physics)
     if reader.projection is not None:
         kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
         yield "projection", f"of {source}: {kind}"

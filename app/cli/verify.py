@@ -19,7 +19,7 @@ from engine.analysis.verify import Motion, Samples, Verification, changed_physic
 from engine.config import RunConfig
 from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.physics import Physics, Simulator
+from engine.simulation.physics import Simulator
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 
@@ -91,12 +91,12 @@ def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     )
     own, changed = found.own, found.changed
     same = "identical to" if found.identical else "not identical to"
-    say(f"\nThe run's physics, {_physics_name(own.physics)}: {same} what was recorded")
+    say(f"\nThe run's physics, {own.physics}: {same} what was recorded")
     console.print(_table(config, own, found.recorded))
     say(_motion_line(own.motion))
     if changed is None:
         return
-    say(f"\nChanged physics, {_physics_name(changed.physics)}")
+    say(f"\nChanged physics, {changed.physics}")
     if changed.physics.inertia_scale != own.physics.inertia_scale:
         say("The time step follows the inertia, so that the simulation stays stable.")
     if "kernel" in (own.physics.simulator, changed.physics.simulator) and (
@@ -154,11 +154,6 @@ def _fresh_columns(config: RunConfig, samples: Samples) -> list[list[str]]:
         [f"{_f_s(config, samples.mean):.2f}", *(f"{100 * d:.2f}" for d in samples.distances), end],
         [*("" if s is None else f"{100 * s:.2f}" for s in (samples.deviation, *spread)), ""],
     ]
-
-
-def _physics_name(physics: Physics) -> str:
-    step = 1000 * physics.timestep
-    return f"{physics.simulator}, inertia x {physics.inertia_scale:g}, time step {step:.4g} ms"
 
 
 def _f_s(config: RunConfig, fitness: float) -> float:

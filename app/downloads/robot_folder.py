@@ -144,7 +144,9 @@ def materials_text(materials: Materials) -> str:
 
 def _manifest(reader: RunReader, facts: Facts, materials: Materials, files: dict[str, bytes]) -> bytes:
     solution = facts.evaluation.solution
-    made_with = versions(reader.config.task) | {p: importlib.metadata.version(p) for p in _PACKAGES}
+    made_with = versions(reader.config.task, reader.config.physics.simulator) | {
+        p: importlib.metadata.version(p) for p in _PACKAGES
+    }
     content: dict[str, Any] = {
         "format": MANIFEST_FORMAT,
         "version": MANIFEST_VERSION,

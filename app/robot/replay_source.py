@@ -40,8 +40,9 @@ class ReplaySource:
         camera: of the scene.
         panel: about the chosen robot; it gets a tab for variants.
         actions: of the browser.
-        play: called when something else than before is to be played; it asks ``replay`` what.
-        may_simulate: asked before so many seconds of robots' time are simulated; it says why not.
+        play: called when something else is to be played; it then asks ``replay`` for it.
+        may_simulate: called with the seconds of robots' time to simulate; returns whether they are allowed,
+            and tells the user if not.
     """
 
     def __init__(
@@ -127,7 +128,7 @@ class ReplaySource:
 
 
 class _VariantLabel:
-    """Says over a variant that it is none of the archive's robots. Threads may share it.
+    """Labels a variant as a robot that is in no archive. Threads may share it.
 
     Args:
         scene: of one client.

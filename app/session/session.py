@@ -90,7 +90,7 @@ class Session:
         spare_software_rendering(client)
 
     def open_next(self) -> None:
-        """Show the run below the shown one in the list, after the last the first."""
+        """Show the next run in the list; after the last, the first."""
         paths = self._library.runs()
         if not paths:
             raise InvalidData("There is no run yet; start one under New run.")
@@ -98,7 +98,7 @@ class Session:
         self.open_run(paths[(k + 1) % len(paths)])
 
     def show_newest(self) -> None:
-        """Show the maps as they are, and follow the run."""
+        """Show the newest generation, and follow the run."""
         if self._run.last is not None:
             self.show_generation(self._run.last.number)
 
@@ -181,7 +181,7 @@ class Session:
         self._compare.offer(paths, shown)
 
     def _slide(self, number: int) -> None:
-        """Show a generation, unless the slider has moved on before this action has its turn."""
+        """Show a generation, unless the slider has moved on before this runs."""
         self._growth.stop()
         self._wanted_generation = number
 
@@ -233,7 +233,7 @@ class Session:
             self._growth.play(self._board.generation, lambda: self._run.last.number if self._run.last else 0)
 
     def _grow(self, number: int) -> bool:
-        """Show the next generation of those that play, unless something has stopped that."""
+        """Show the next generation while growth is playing; return whether it was shown."""
         shown = False
 
         def show() -> None:

@@ -40,12 +40,12 @@ def read_campaign(path: Path) -> list[PlannedRun]:
 
 
 def plan(data: dict[str, Any]) -> list[PlannedRun]:
-    """Return the runs of a campaign, those with the same seed beside each other.
+    """Return the runs of a campaign, ordered by seed.
 
     Args:
         data: ``tasks``, ``algorithms`` and ``seeds``, each a list; optionally ``preset``, and ``config``
-            with fields that all runs share. Instead of a name, ``algorithms`` may have names of
-            ``variants``, each a table with further fields, ``algorithm`` among them.
+            with fields that all runs share. ``algorithms`` may also name entries of
+            ``variants``: tables of further fields, one of them ``algorithm``.
 
     Raises:
         InvalidData: a value is missing, unknown or does not fit the rest.

@@ -47,7 +47,7 @@ def evolve(
         InvalidData: robots do not survive the physics.
     """
     check_physics(config)
-    with RunWriter.create(path, config, versions(config.task)) as writer:
+    with RunWriter.create(path, config, versions(config.task, config.physics.simulator)) as writer:
         algorithm = create_algorithm(config)
         _work(writer, config, algorithm, n_threads=n_threads, workers=workers, observer=observer)
 
@@ -75,7 +75,7 @@ def resume(
 ) -> None:
     """Resume an interrupted run exactly as if it had never stopped; do nothing if it is finished.
 
-    Args as of ``evolve``.
+    Arguments: as for ``evolve``.
 
     Raises:
         ClusterError: the workers cannot be reached any more; what is finished is saved.
@@ -135,7 +135,7 @@ def _work(
     dumps = DumpFolder(
         failures_folder(writer.path),
         config=config,
-        versions=versions(config.task),
+        versions=versions(config.task, config.physics.simulator),
         n_failed=writer.n_failed(),
     )
     queue = create_queue(config, dumps.keep, n_threads=n_threads, workers=workers)

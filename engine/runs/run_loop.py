@@ -24,7 +24,7 @@ class Progress:
     """The progress of a run.
 
     Attributes:
-        generation: the generation under way, or the last one when it has just been closed.
+        generation: number of generations closed so far.
         n_evaluations: finished evaluations of the whole run.
         budget: evaluations when the run is finished.
         n_new: evaluations that this process finished.
@@ -60,14 +60,14 @@ class _Generation:
 class RunLoop:
     """Works on a run until its budget is spent.
 
-    The evaluations that an interrupted process left of a generation are used. Every evaluation is saved as
-    soon as it is finished, every generation as soon as it is told.
+    Evaluations that an interrupted process left of an unfinished generation are used. Every evaluation is
+    saved as soon as it is finished, every generation as soon as it is told.
 
     Args:
         writer: of the run's file.
         config: of the run.
-        algorithm: as it was at the end of the last closed generation.
-        seconds_before: computing time of the run so far.
+        algorithm: in its state after the last closed generation.
+        seconds_before: computing time of earlier processes.
         queue: evaluates the solutions.
         observer: receives the progress.
     """

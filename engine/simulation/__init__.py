@@ -4,10 +4,11 @@ Read in this order:
 
 - ``physics``: what a run can set: friction, contact, inertia, noise, time step.
 - ``model``: a body and its walls as a MuJoCo model.
-- ``batch``: many simulations side by side, by MuJoCo. ``kernel/``: the same physics, much faster.
-- ``divergence``: which of them have failed, and their last moments.
-- ``rollout``: settling, the search for the head, the closed loop of sensing, network and servos.
-- ``trials``: the trials of a robot, and the one way in which they begin.
+- ``divergence``: which simulations have failed, and their last moments.
+- ``batch``: many simulations side by side, by MuJoCo.
+- ``rollout``: settling, the search for the head, the closed loop of sensing, network and servos, by MuJoCo.
+- ``kernel/``: all of this by the product's own kernel: the same physics, much faster.
+- ``trials``: the trials of a robot, and the one place where they begin, by the simulator that a run chose.
 - ``evaluation``: solutions in, evaluations out.
 - ``provenance``: which computer and versions computed something.
 - ``self_check``: a known simulation, repeated to test an installation.

@@ -35,8 +35,8 @@ class Physics:
     """
 
     simulator: Simulator = "mujoco-pgs"
-    """What simulates: mujoco-pgs, MuJoCo as older runs used it; mujoco, with Newton's solver, the reference;
-    kernel, the same equations ten to twenty times faster."""
+    """What simulates. mujoco-pgs: MuJoCo with its PGS solver, as in older runs. mujoco: with its Newton
+    solver, the reference. kernel: the same equations, much faster."""
     timestep: float = 0.0025
     """Step of the integrator, in s."""
     control_period: float = 0.02
@@ -78,6 +78,10 @@ class Physics:
                     f"physics: {what}, {MOST_PARTS} at most; timestep is {self.timestep:.9g} s,"
                     f" control_period {self.control_period:.9g} s"
                 )
+
+    def __str__(self) -> str:
+        step = 1000 * self.timestep
+        return f"{self.simulator}, inertia x {self.inertia_scale:g}, time step {step:.4g} ms"
 
     @property
     def steps_per_control(self) -> int:

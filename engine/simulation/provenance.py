@@ -15,9 +15,10 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.simulation.model import build_spec
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, Simulator
 from engine.tasks import task_version
 
+_KERNEL: Final = Path(__file__).parent / "kernel"
 _CPUINFO: Final = Path("/proc/cpuinfo")
 _SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
 """Instruction sets that numerical libraries choose their code by, the widest first."""
@@ -132,18 +133,32 @@ def body_fingerprint() -> str:
     return hashlib.sha256(spec.to_xml().encode()).hexdigest()[:12]
 
 
-def versions(task: str = "") -> dict[str, str]:
+@functools.cache
+def kernel_fingerprint() -> str:
+    """Return a hash of the kernel's sources: a change there may change its results."""
+    found = hashlib.sha256()
+    for path in sorted(_KERNEL.rglob("*.py")):
+        found.update(path.relative_to(_KERNEL).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def versions(task: str = "", simulator: Simulator = "mujoco-pgs") -> dict[str, str]:
     """Return the versions of everything that decides a run's outcome.
 
     Args:
         task: name of the run's task; if it comes from a user's file, the file's hash is included.
+        simulator: the run's; the kernel's sources and compiler count only where they compute.
     """
-    packages = ("tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn")
+    packages = ["tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn"]
+    if simulator == "kernel":
+        packages += ["numba", "llvmlite"]
     found = {
         "python": platform.python_version(),
         "machine": platform.machine(),
         "physics": body_fingerprint(),
     }
+    if simulator == "kernel":
+        found["kernel"] = kernel_fingerprint()
     for p in packages:
         try:
             found[p] = importlib.metadata.version(p)

@@ -1,4 +1,4 @@
-"""The trials of a robot, and the one way in which they begin: settling, head search, target and walls."""
+"""The trials of a robot, and the one place where they begin: settling, head search, target and walls."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from engine.tasks.walls import Wall
 
 MAX_REPEATS: Final = 100
 LONGEST: Final = 1000.0
-"""Longest part of a trial in seconds: a replay keeps all its frames, and runs may come from strangers."""
+"""Longest part of a trial in seconds: a replay keeps every frame, whatever a stranger's run asks for."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,11 +62,11 @@ def fresh_number(number: int, sample: int) -> int:
         sample: 0 for the recorded noise; any other number for fresh noise, which neither an evaluation of the
             run nor another sample of this solution has.
     """
-    # no run has as many evaluations
+    # no run has 2**32 evaluations
     return number + sample * 2**32
 
 
-def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, ...]:
+def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[int, int, int, int]:
     """Return the seed of one simulation's actuation noise."""
     return (run_seed, number, target, repeat)
 
@@ -152,23 +152,29 @@ def start_trials(
         observer: sees the robots settle.
     """
     offsets = np.array([trial.offset for trial in trials])
+    seeds = [[noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers]
     if physics.simulator == "kernel":
         # Numba takes a second to import, and MuJoCo's runs do without
-        from engine.simulation.kernel import rollout as kernel
+        from engine.simulation.kernel import settling
+        from engine.simulation.kernel.rollout import KernelLoop
 
         common: dict[str, Any] = {"physics": physics, "n_threads": n_threads}
         robots = build_robots(morphologies, physics)
-        at_rest = kernel.settle(robots, morphologies, duration=times.settle_time, observer=observer, **common)
+        at_rest = settling.settle(
+            robots, morphologies, duration=times.settle_time, observer=observer, **common
+        )
         lost: list[Failure | None] = [None] * len(robots)
         if heads is None:
-            heads, lost = kernel.find_heads(at_rest, morphologies, duration=times.open_loop_time, **common)
+            heads, lost = settling.find_heads(at_rest, morphologies, duration=times.open_loop_time, **common)
         return StartedTrials(
-            kernel.KernelLoop(
+            KernelLoop(
                 at_rest,
                 heads=heads,
                 controllers=controllers,
                 targets=offsets,
-                noise=[[(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers],
+                noise=[
+                    [noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers
+                ],
                 task=task,
                 walls=[trial.walls for trial in trials],
                 **common,
@@ -197,7 +203,7 @@ def start_trials(
         heads=heads,
         controllers=controllers,
         targets=np.broadcast_to(offsets, (len(robots), *offsets.shape)),
-        seeds=[[noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers],
+        seeds=seeds,
         task=task,
         physics=physics,
         n_threads=n_threads,

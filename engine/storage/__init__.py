@@ -8,5 +8,6 @@ Files may come from strangers: what is read is checked, and nothing is unpickled
 - ``writer``: the one process that writes it.
 - ``database``: opens a run file to read it. ``reader``: what it holds, finished or live.
 - ``check``: finds what is wrong with a file. ``migration``: a copy of an older format in the present one.
-- ``salvage``, ``salvaged_tables``: what is left of a damaged file. ``recovery``: a new file from that.
+- ``salvage``, ``salvaged_tables``: what is left of a damaged file. ``recovery``: a new
+  file from that. A run that was merely killed is resumed (``engine.runs``), not recovered.
 """

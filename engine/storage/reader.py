@@ -361,7 +361,7 @@ def changed_versions(path: Path) -> list[str]:
     with RunReader(path) as reader:
         # the first files did not say how their bodies were modelled
         before = {"physics": "unknown"} | reader.versions
-        now_installed = versions(reader.config.task)
+        now_installed = versions(reader.config.task, reader.config.physics.simulator)
     return [
         f"{name} {before[name]} -> {now}"
         for name, now in now_installed.items()

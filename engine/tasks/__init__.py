@@ -6,7 +6,8 @@ one. Read in this order:
 - ``task``: what a task is, its checks, and the fitness of a robot.
 - ``view``: what a task sees of the simulations at one moment.
 - ``walls``: boxes that stand in a world, and distances to them.
-- ``goal_reaching``, ``squeezing``: the two published tasks.
+- ``goal_reaching``, ``squeezing``: the two published tasks. The kernel computes what they sense and score
+  a second time, in ``engine.simulation.kernel.loop.sensing``: change both.
 - ``loading``: finds a task by its name, and loads those that users write.
 - ``watchdog``, ``onlooker``: limit the time of a user's function, from inside the process and from outside.
 """

@@ -7,7 +7,7 @@ Read in this order:
 
 1. ``axis_labels``: how axes are labelled and cells are described.
 2. ``contents``: what the archives of a run hold at one of its generations.
-3. ``scale``: which value takes which colour, and the bar that says so.
+3. ``scale``: which value takes which colour, and the bar that says so; the colormaps are in ``viz.theme``.
 4. ``coloring``: what the colours stand for: fitness, age, visits, robust fitness.
 5. ``layouts``: which maps show an archive of two, three or four axes.
 6. ``map_parts``: what plain and nested maps share.

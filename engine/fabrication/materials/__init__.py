@@ -1,7 +1,7 @@
 """The materials of a robot: every figure that the simulation does not know.
 
 Here are the properties of materials, bought parts and the printer, and the file that they are read from; what
-is computed from them lies in the rooms above. Read in this order:
+is computed from them lies elsewhere in ``engine.fabrication``. Read in this order:
 
 - ``sources``: where a number comes from: simulated, measured or assumed.
 - ``toml_table``: a TOML table read into a dataclass; each key carries its unit, each value is checked.

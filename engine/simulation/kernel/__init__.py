@@ -1,6 +1,8 @@
 """The product's own physics: robots of free rods and straight cables on a plane, between boxes.
 
-MuJoCo compiles the model and is the reference; the kernel computes the same equations 15 to 30 times faster.
+MuJoCo compiles the model and is the reference; friction and all other numbers come from
+``simulation.physics`` by way of that model. docs/physics.md says how the two agree and how much faster
+the kernel is.
 Read in this order:
 
 - ``lanes/``: vectors whose lanes hold simulations.
@@ -9,15 +11,17 @@ Read in this order:
 - ``step``: as many time steps as wanted.
 - ``loop/``: the closed loop of sensing, network, servos and noise, inside compiled code.
 - ``batch``: simulations of robots of one size, stepped from Python.
-- ``rollout``: settling, the search for the head and trials, with the face of ``simulation.rollout``.
+- ``settling``: robots dropped, settled and searched for their heads.
+- ``simulations``: what observers see. ``rollout``: trials, with the interface of ``simulation.rollout``.
 
-Lanes of a SIMD vector (``simd``) hold simulations of one robot. What compiled code passes around:
+Each lane of a SIMD vector (``simd``) holds one simulation; all lanes of a vector belong to one robot.
+What compiled code passes around:
 
-``model``: a named tuple (``parameters.Model``) of numbers and small arrays that all lanes share; fields that
-others need are ``n_modules`` and ``timestep``.
+``model``: a named tuple (``parameters.Model``) of numbers and small arrays that all lanes share; fields
+that others need are ``n_modules`` and ``timestep``.
 
-``state``: a named tuple (``state.State``) of one-dimensional arrays of vectors, the lane fastest in memory
-(``simd.by_lane(array)`` is the same memory with the lanes as a last axis, for Python):
+``state``: a named tuple (``state.State``) of one-dimensional arrays of vectors, neighbours in memory are
+lanes (``simd.by_lane(array)`` is the same memory with the lanes as a last axis, for Python):
 
 ``state.rods``
     13 x rods reals. Rod r of module m is number k = 6 m + r and starts at 13 k: centre x, y, z in m (0 to 2);
@@ -30,18 +34,19 @@ others need are ``n_modules`` and ``timestep``.
     One vector of integers: 0 in the lane of a simulation that goes on, else one of ``guard``'s codes.
     ``advance`` leaves such a lane as it is.
 
-A state also has the forces of the last step, from which a step starts its search, and each lane's walls
-(``walls.place_walls``). ``state.save`` and ``state.restore`` move a simulation, bits and all, from a lane to
-any other; who writes ``state.rods`` otherwise calls ``state.forget`` afterwards.
+A state also has the forces of the last step, with which the next step's solver begins, and each lane's
+walls (``walls.place_walls``). ``state.save`` and ``state.restore`` move a simulation, bits and all, from
+a lane to any other. After writing ``state.rods`` in another way, call ``state.forget``.
 
-``guard.read_robot`` makes a model, ``state.new_state`` lanes. ``step.advance(model, state, n_steps)`` is a
-jitted function that moves all lanes on by ``n_steps`` time steps. After each control update
+``guard.read_robot`` makes a model, ``state.new_state`` lanes. ``step.advance(model, state, n_steps)`` is
+a jitted function that moves all lanes on by ``n_steps`` time steps. After each control update
 ``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes that have diverged. Both can be
-called from compiled code; neither allocates. The outermost function, which Python calls, is decorated with
-``compiling.entry_point``, which keeps it on disk: ``step.run`` does both, ``batch.KernelBatch`` is what
-Python sees of them.
+called from compiled code; neither allocates. The outermost function, which Python calls, is decorated
+with ``compiling.entry_point``, which keeps it on disk: ``step.run`` advances and judges,
+``batch.KernelBatch`` is what Python sees of them.
 
-One simulation's bits depend on nothing but its robot, its walls, its state and its commands: not on the
-number of lanes, nor on what the others hold, nor on threads, nor on the processor's instructions. What would
-be needed on ARM: nothing but lanes of two; no instruction that x86-64 alone has is asked for.
+For one version of this code, Numba and LLVM, a simulation's bits depend on nothing but its robot, its
+walls, its state and its commands: not on the number of lanes, nor on what the others hold, nor on
+threads, nor on the processor's instructions. What would be needed on ARM: nothing but lanes of two; no
+instruction that x86-64 alone has is asked for.
 """

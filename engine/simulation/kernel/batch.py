@@ -1,4 +1,4 @@
-"""Many simulations side by side in the lanes of the kernel, with the face of MuJoCo's ``SimulationBatch``."""
+"""Many simulations side by side in the kernel's lanes, with the interface of ``SimulationBatch``."""
 
 from __future__ import annotations
 

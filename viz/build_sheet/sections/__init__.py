@@ -1,7 +1,9 @@
 """The sections of a build sheet: one file for each, whose ``pages`` returns what is printed.
 
 A section imports no other one; what several need lies in ``viz/build_sheet/``. To add a section, imitate
-``sources`` and put it into the list in ``sheet``. In the order of the pages:
+``joining``, call its ``pages`` in ``sheet`` where it shall stand, and name it here.
+
+In the order of the pages:
 
 1. ``title``: which robot this is, how it looks, how to use the sheet.
 2. ``performance``: what to expect of it.

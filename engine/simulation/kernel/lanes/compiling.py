@@ -1,10 +1,10 @@
 """How the kernel is compiled, and where the result is kept.
 
-Compiling takes seconds, so what Numba makes of an entry point is kept on disk. Numba notices a change in the
-file of an entry point, not in the functions that it calls. The folder's name is therefore a digest of the
-entry point's module, of all modules of the kernel that it imports, and of the versions of Python, Numba and
-LLVM; inside, Numba tells processors and the types of the arguments apart, and with them the number of lanes.
-A folder that cannot be written only costs time.
+Compiling takes about 20 s for each entry point and number of lanes, so what Numba makes of an entry point
+is kept on disk. Numba notices a change in the file of an entry point, not in the functions that it calls.
+The folder's name is therefore a digest of the entry point's module, of all modules of the kernel that it
+imports, and of the versions of Python, Numba and LLVM; inside, Numba tells processors and the types of the
+arguments apart, and with them the number of lanes. A folder that cannot be written only costs time.
 
 Compiled code must take no number from a module of another package: a change there would not be noticed.
 """
@@ -69,6 +69,12 @@ def cache_folder(source: Path, root: Path = _FOLDER) -> Path | None:
             return folder
     except OSError:
         return None
+
+
+def is_kept(source: Path) -> bool:
+    """Whether something that a module compiles to is on disk."""
+    folder = cache_folder(source)
+    return folder is not None and any(folder.rglob("*.nbi"))
 
 
 def _user_cache() -> Path:

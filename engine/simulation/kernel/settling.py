@@ -1,0 +1,170 @@
+"""Robots before their trials: dropped, settled, and searched for their heads, each on its own.
+
+Threads take robots one by one. Why a simulation failed is known at once; the moments before, which a dump
+needs, are got by simulating again, for the same call gives the same bits.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
+
+import numpy as np
+
+from engine.body.morphology import Morphology
+from engine.simulation.divergence import MAX_UPDATES, Failure
+from engine.simulation.kernel.batch import widest
+from engine.simulation.kernel.guard import GOES_ON, read_robot, reason
+from engine.simulation.kernel.loop.dropped import Dropped
+from engine.simulation.kernel.physics.parameters import INTERNAL, Model
+from engine.simulation.kernel.simulations import KernelSimulations
+from engine.simulation.model import RobotModel
+from engine.simulation.physics import Physics
+from engine.simulation.rollout import BatchObserver, Head
+
+RELEASED_LENGTH: Final = 1.0
+"""A commanded length in m at which an internal cable is slack."""
+R = TypeVar("R")
+Q = TypeVar("Q")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Settled:
+    """A robot after settling.
+
+    Attributes:
+        robot: its MuJoCo model.
+        model: the same as the kernel reads it.
+        dropped: the simulation.
+        failure: why settling failed, or None.
+    """
+
+    robot: RobotModel
+    model: Model
+    dropped: Dropped
+    failure: Failure | None
+
+
+def settle(
+    robots: Sequence[RobotModel],
+    morphologies: Sequence[Morphology],
+    *,
+    physics: Physics,
+    duration: float,
+    n_threads: int = 1,
+    observer: BatchObserver | None = None,
+) -> list[Settled]:
+    """Drop robots and let them come to rest, servos off.
+
+    Args:
+        robots: their models.
+        morphologies: their bodies.
+        physics: time step and control period.
+        duration: seconds.
+        n_threads: threads that simulate.
+        observer: sees one robot at a time, after each of its control updates; with threads, from several
+            of them.
+    """
+
+    def one(pair: tuple[RobotModel, Morphology]) -> Settled:
+        robot, morphology = pair
+        model = read_robot(robot)
+        poses = robot.model.qpos0.reshape(-1, 7)
+        end = Head.of(morphology, True)
+        dropped = Dropped(model, poses, end=end, physics=physics, width=widest())
+        if observer is None:
+            dropped.settle(duration)
+        else:
+            for _ in range(round(duration / physics.control_period)):
+                dropped.settle(physics.control_period)
+                observer(snapshot(robot, dropped, physics))
+        failure = None
+        if dropped.failure != GOES_ON:
+            failure = _settling_failure(robot, model, end, dropped, physics)
+        return Settled(robot, model, dropped, failure)
+
+    return threaded(one, list(zip(robots, morphologies, strict=True)), n_threads)
+
+
+def find_heads(
+    settled: Sequence[Settled],
+    morphologies: Sequence[Morphology],
+    *,
+    physics: Physics,
+    duration: float,
+    n_threads: int = 1,
+) -> tuple[list[Head], list[Failure | None]]:
+    """Find which end of each robot goes first when all modules pulse together.
+
+    Returns:
+        The heads and, per robot, why its simulation failed or None.
+    """
+
+    def one(pair: tuple[Settled, Morphology]) -> tuple[Head, Failure | None]:
+        robot, morphology = pair
+        is_end, code = robot.dropped.goes_end_first(duration)
+        failure = robot.failure
+        if failure is None and code != GOES_ON:
+            n = robot.dropped.n_updates + round(duration / physics.control_period)
+            failure = failure_at(code, n, robot.model, physics)
+            failure = dataclasses.replace(
+                failure,
+                state=snapshot(robot.robot, robot.dropped, physics).state()[0, 0],
+                controls=np.full((1, INTERNAL * robot.model.n_modules), RELEASED_LENGTH),
+            )
+        return Head.of(morphology, is_end), failure
+
+    found = threaded(one, list(zip(settled, morphologies, strict=True)), n_threads)
+    return [head for head, _ in found], [failure for _, failure in found]
+
+
+def threaded(function: Callable[[Q], R], items: Sequence[Q], n_threads: int) -> list[R]:
+    """Return a function's results for items, in their order, computed on some threads."""
+    if n_threads == 1 or len(items) == 1:
+        return [function(item) for item in items]
+    with concurrent.futures.ThreadPoolExecutor(n_threads) as pool:
+        return list(pool.map(function, items))
+
+
+def snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSimulations:
+    """Return a dropped robot as observers see it."""
+    failed = dropped.failure
+    failure = failure_at(failed, dropped.n_updates, dropped.model, physics) if failed != GOES_ON else None
+    return KernelSimulations(
+        [robot],
+        [[dropped.state]],
+        copies=1,
+        physics=physics,
+        n_updates=dropped.n_updates,
+        walls=[[()]],
+        failures=[failure],
+    )
+
+
+def failure_at(code: int, n_updates: int, model: Model, physics: Physics) -> Failure:
+    """Return a failure without its past."""
+    seconds = n_updates * physics.control_period
+    text = f"diverged {seconds:.2f} s after the drop: {reason(code, model)}"
+    return Failure(text, n_updates, np.empty(0), np.empty((0, INTERNAL * model.n_modules)))
+
+
+def _settling_failure(
+    robot: RobotModel, model: Model, end: Head, dropped: Dropped, physics: Physics
+) -> Failure:
+    """Return why a robot failed while it settled, with its last moments."""
+    again = Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+    at = 0
+    while again.failure == GOES_ON:
+        again.settle(physics.control_period)
+        at += 1
+    n = min(at, MAX_UPDATES)
+    before = Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+    if at > n:
+        before.settle((at - n) * physics.control_period)
+    return dataclasses.replace(
+        failure_at(dropped.failure, at, model, physics),
+        state=snapshot(robot, before, physics).state()[0, 0],
+        controls=np.full((n, INTERNAL * model.n_modules), RELEASED_LENGTH),
+    )
