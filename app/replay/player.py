@@ -18,6 +18,8 @@ SHOW_INTERVAL = 1 / 30
 
 FIRST_INTERVAL = 0.005
 """Seconds between two looks whether a replay's first frame has been simulated."""
+CLOSING_TIME = 2.0
+"""Seconds that closing waits for the threads to end."""
 LAG = 0.4
 """Seconds after an end that was reached in which a browser may still offer to pause."""
 
@@ -74,6 +76,7 @@ class Player:
         self.speed = 1.0
         self.loop = False
         self.until = 0.0
+        self._simulations: list[threading.Thread] = []
         self._thread = threading.Thread(target=self._run, name="player", daemon=True)
         self._thread.start()
 
@@ -169,15 +172,22 @@ class Player:
         self._refresh_controls()
 
     def close(self) -> None:
-        """End both threads."""
+        """End all threads and wait for them a little: Python may not end while one is at work."""
         with self._mutex:
             self._closed = True
             if self._replay is not None:
                 self._replay.cancel()
         self._wake.set()
+        deadline = time.monotonic() + CLOSING_TIME
+        for thread in (self._thread, *self._simulations):
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, deadline - time.monotonic()))
 
     def _simulate(self, replay: Playable, until: float) -> None:
-        threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True).start()
+        thread = threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True)
+        with self._mutex:
+            self._simulations = [*(t for t in self._simulations if t.is_alive()), thread]
+            thread.start()
 
     def _run(self) -> None:
         last = due = time.monotonic()

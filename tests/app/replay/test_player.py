@@ -195,3 +195,13 @@ def test_a_frame_that_cannot_be_shown_does_not_end_playback(small_reader: RunRea
     player.play()
     assert shown.wait(30)
     player.close()
+
+
+def test_nothing_is_at_work_after_closing(player: Player, small_reader: RunReader) -> None:
+    others = set(threading.enumerate())
+    mine = Player()
+    mine.load(replay_of(small_reader))
+    mine.extend(60.0)
+    wait(lambda: mine.time > -0.2)
+    mine.close()
+    assert [t.name for t in threading.enumerate() if t not in others] == []
