@@ -33,7 +33,11 @@ def address(dump_file: Path) -> Iterator[str]:
     port = free_port()
     command = ["replay-dump", str(dump_file), "--port", str(port), "--no-browser"]
     app = subprocess.Popen(
-        [sys.executable, "-m", "app", *command], env=environment(), stdout=subprocess.DEVNULL
+        [sys.executable, "-m", "app", *command],
+        env=environment(),
+        stdout=subprocess.DEVNULL,
+        # a test run in the background of a script ignores Ctrl-C, and so would the app
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     try:
         deadline = time.monotonic() + 60
