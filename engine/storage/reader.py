@@ -139,7 +139,7 @@ class RunReader:
 
         Raises:
             RunFileError: there is no closed generation yet, or it has no such archive.
-            InvalidData: the cell is empty or lies outside the map.
+            InvalidData: the cell is empty, lies outside the map or has another number of indices.
         """
         last = self.last_closed()
         if last is None:
@@ -148,8 +148,13 @@ class RunReader:
             found = " and ".join(last.archives)
             raise RunFileError(f"{self.path} has no {archive} archive; choose with --archive: {found}")
         shape = tuple(a.n for a in last.archives[archive].axes)
-        if len(cell) != len(shape) or any(i >= n for i, n in zip(cell, shape, strict=True)):
-            limits = ", ".join(f"0..{n - 1}" for n in shape)
+        limits = ", ".join(f"0..{n - 1}" for n in shape)
+        if len(cell) != len(shape):
+            raise InvalidData(
+                f"a cell of the {archive} map has {len(shape)} indices ({limits}), not {len(cell)}:"
+                f" {cell_name(cell)}"
+            )
+        if any(i >= n for i, n in zip(cell, shape, strict=True)):
             raise InvalidData(f"cell {cell_name(cell)} lies outside the {archive} map ({limits})")
         placed = self.placements(archive, last.number)
         if cell not in placed:

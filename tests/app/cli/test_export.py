@@ -25,7 +25,12 @@ def elite(small_reader):
 
 @pytest.mark.parametrize(
     ("cell", "reason"),
-    [("9,0", "lies outside"), ("0,10", "lies outside"), ("1", "lies outside"), ("a,b", "written like 3,7")],
+    [
+        ("9,0", "lies outside"),
+        ("0,10", "lies outside"),
+        ("1", "has 2 indices (0..8, 0..9), not 1: 1"),
+        ("a,b", "written like 3,7"),
+    ],
 )
 def test_impossible_cells_get_one_line(
     tensatlas: Command, small_run: Path, tmp_path: Path, cell: str, reason: str
@@ -66,6 +71,7 @@ def test_a_cell_is_exported_with_materials_of_ones_own_on_letter(tensatlas, smal
         (("--out", "x"), "--cell I,J, or --all-elites"),
         (("--cell", "0,0", "--all-elites", "--out", "x"), "not both"),
         (("--cell", "8,99", "--out", "x"), "lies outside the morphology map"),
+        (("--cell", "8", "--out", "x"), "a cell of the morphology map has 2 indices (0..8, 0..9), not 1: 8"),
         (("--cell", "EMPTY", "--out", "x"), "is empty"),
         (("--cell", "3;7", "--out", "x"), "a cell is written like 3,7"),
         (("--archive", "grid", "--cell", "0,0,0,0", "--out", "x"), "has no grid archive"),

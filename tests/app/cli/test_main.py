@@ -74,7 +74,7 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
 
     for wrong, reason in (
         (("--cell", "3,7"), "has no morphology archive; choose with --archive: grid"),
-        (("--archive", "grid", "--cell", "3,7"), "outside the grid map (0..8, 0..9, 0..9, 0..8, 0..9)"),
+        (("--archive", "grid", "--cell", "3,7"), "has 5 indices (0..8, 0..9, 0..9, 0..8, 0..9), not 2: 3,7"),
         (("--archive", "grid", "--cell", "0,9,0,0,0"), "is empty"),
     ):
         status, _, err = tensatlas("export", "a.tsmr", *wrong, "--out", "other")
