@@ -151,6 +151,7 @@ def start_trials(
         n_threads: threads that simulate.
         observer: sees the robots settle.
     """
+    robots = build_robots(morphologies, physics)
     offsets = np.array([trial.offset for trial in trials])
     seeds = [[noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers]
     if physics.simulator == "kernel":
@@ -159,7 +160,6 @@ def start_trials(
         from engine.simulation.kernel.rollout import KernelLoop
 
         common: dict[str, Any] = {"physics": physics, "n_threads": n_threads}
-        robots = build_robots(morphologies, physics)
         at_rest = settling.settle(
             robots, morphologies, duration=times.settle_time, observer=observer, **common
         )
@@ -172,9 +172,7 @@ def start_trials(
                 heads=heads,
                 controllers=controllers,
                 targets=offsets,
-                noise=[
-                    [noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers
-                ],
+                noise=seeds,
                 task=task,
                 walls=[trial.walls for trial in trials],
                 **common,
@@ -183,7 +181,6 @@ def start_trials(
             [robot.failure for robot in at_rest],
             lost,
         )
-    robots = build_robots(morphologies, physics)
     settled = settle(
         robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
     )

@@ -7,7 +7,7 @@ one by one.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -17,16 +17,13 @@ from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON
 from engine.simulation.kernel.loop.trials import Trials
-from engine.simulation.kernel.physics.parameters import INTERNAL
-from engine.simulation.kernel.physics.state import ROD
-from engine.simulation.kernel.settling import RELEASED_LENGTH, Q, R, Settled, failure_at, threaded
-from engine.simulation.kernel.simulations import KernelSimulations, mujoco_state, wall_of
+from engine.simulation.kernel.settling import Settled, failure_at, threaded
+from engine.simulation.kernel.simulations import KernelSimulations, wall_of
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults
 from engine.tasks import GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
-_COMMANDS: Final = frozenset({"commands"})
 _SENSED: Final = frozenset({"sensed"})
 
 
@@ -64,23 +61,37 @@ class KernelLoop:
         self._n_threads = n_threads
         self._obstacles = Obstacles(walls)
 
-        def begin(robot: int) -> Trials:
-            return Trials(
-                settled[robot].model,
-                settled[robot].dropped.state,
-                n_updates=settled[robot].dropped.n_updates,
-                head=heads[robot],
-                controller=controllers[robot],
+        self._trials = [
+            Trials(
+                robot.model,
+                robot.dropped.state,
+                n_updates=robot.dropped.n_updates,
+                head=head,
+                controller=controller,
                 targets=targets,
-                noise=noise[robot],
+                noise=streams,
                 task=task,
                 physics=physics,
                 walls=walls,
                 width=widest(),
             )
+            for robot, head, controller, streams in zip(settled, heads, controllers, noise, strict=True)
+        ]
 
-        self._begin: Callable[[int], Trials] = begin
-        self._trials = [begin(r) for r in range(len(settled))]
+        def again(r: int) -> KernelLoop:
+            return KernelLoop(
+                settled[r : r + 1],
+                heads=heads[r : r + 1],
+                controllers=controllers[r : r + 1],
+                targets=targets,
+                noise=noise[r : r + 1],
+                task=task,
+                physics=physics,
+                n_threads=1,
+                walls=walls,
+            )
+
+        self._again = again
         self._start = self._trials[0].n_updates
         self._height_rods = [(h.module, list(h.front)) for h in heads]
         self.walls = [
@@ -133,13 +144,12 @@ class KernelLoop:
     def update(self) -> None:
         """Sense, think, act for one control period."""
         if self._trials[0].in_kernel:
-            found = self._map(lambda trials: trials.run(1, _SENSED).sensed[0], self._trials)
-            self.sensed = np.array(found)
+            self.sensed = np.array([trials.run(1, _SENSED).sensed[0] for trials in self._trials])
         else:
             self.sensed = sensed(self._task, self.view(), self.sim.alive)
             for trials, given in zip(self._trials, self.sensed, strict=True):
                 trials.give(given)
-            self._map(lambda trials: trials.run(1), self._trials)
+                trials.run(1)
         self._update_failures()
 
     def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
@@ -147,7 +157,7 @@ class KernelLoop:
         n = round(duration / self._physics.control_period)
         if observer is None and self._trials[0].in_kernel:
             start = self.head()
-            motions = self._map(lambda trials: trials.run(n).path, self._trials)
+            motions = threaded(lambda trials: trials.run(n).path, self._trials, self._n_threads)
             self._update_failures()
             path = np.concatenate([start[:, :, None], np.array(motions)], axis=2)
         else:
@@ -194,33 +204,28 @@ class KernelLoop:
                     self.sim.failures[i] = failure_at(code, at, trials.model, self._physics)
 
     def _failures(self) -> list[Failure | None]:
-        """Return the failures with their last moments, which are simulated again."""
-        copies = self.sim.shape[1]
-        for i, failure in enumerate(self.sim.failures):
-            r, copy = divmod(i, copies)
-            if failure is not None and self._settled[r].failure is None and not len(failure.controls):
-                self.sim.failures[i] = self._with_past(failure, r, copy)
-        return list(self.sim.failures)
+        """Return the failures; the first of every robot with its last moments, which are simulated again."""
+        copies, failures = self.sim.shape[1], list(self.sim.failures)
+        for r, robot in enumerate(self._settled):
+            own = range(r * copies, (r + 1) * copies)
+            first = next(((i, f) for i in own if (f := failures[i]) is not None), None)
+            if first is not None and robot.failure is None:
+                i, failure = first
+                failures[i] = self._again(r)._with_past(failure, i - own.start)
+        return failures
 
-    def _with_past(self, failure: Failure, robot: int, copy: int) -> Failure:
-        """Return a failure with its last moments; with one control update where the task is a user's."""
-        trials = self._begin(robot)
-        n = min(failure.n_updates - self._start, MAX_UPDATES)
-        before = failure.n_updates - self._start - n
-        if not trials.in_kernel:  # the user's function is not called again
-            n, before = 1, 0
-        if before:
-            trials.run(before)
-        state = mujoco_state(
-            self.sim.model(robot * self.sim.shape[1] + copy),
-            trials.rods[copy].reshape(-1, ROD),
-            np.full(INTERNAL * trials.model.n_modules, RELEASED_LENGTH),
-            (self._start + before) * self._physics.control_period,
-        )
-        if not trials.in_kernel:
-            trials.give(np.zeros((self.sim.shape[1], self._task.n_inputs)))
-        commands = trials.run(n, _COMMANDS).commands[:, copy]
-        return dataclasses.replace(failure, state=state, controls=commands.reshape(n, -1))
-
-    def _map(self, function: Callable[[Q], R], items: Sequence[Q]) -> list[R]:
-        return threaded(function, items, self._n_threads)
+    def _with_past(self, failure: Failure, copy: int) -> Failure:
+        """Return the failure of a copy of this loop's only robot with its last moments."""
+        n_updates = failure.n_updates - self._start
+        n = min(n_updates, MAX_UPDATES)
+        if self._trials[0].in_kernel:
+            self._trials[0].run(n_updates - n)
+            self._update_failures()
+        else:
+            for _ in range(n_updates - n):
+                self.update()
+        state, controls = self.sim.state()[0, copy], []
+        for _ in range(n):
+            self.update()
+            controls.append(self.sim.commanded[0, copy].ravel())
+        return dataclasses.replace(failure, state=state, controls=np.array(controls))

@@ -17,15 +17,17 @@ from engine.body.morphology import Morphology
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON, read_robot, reason
+from engine.simulation.kernel.lanes.simd import by_lane, width_of
+from engine.simulation.kernel.loop.closed_loop import SLACK
 from engine.simulation.kernel.loop.dropped import Dropped
 from engine.simulation.kernel.physics.parameters import INTERNAL, Model
-from engine.simulation.kernel.simulations import KernelSimulations
+from engine.simulation.kernel.physics.state import ROD
+from engine.simulation.kernel.simulations import KernelSimulations, mujoco_state
 from engine.simulation.model import RobotModel
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head
 
-RELEASED_LENGTH: Final = 1.0
-"""A commanded length in m at which an internal cable is slack."""
+_COMMANDS: Final = frozenset({"commands"})
 R = TypeVar("R")
 Q = TypeVar("Q")
 
@@ -71,15 +73,14 @@ def settle(
     def one(pair: tuple[RobotModel, Morphology]) -> Settled:
         robot, morphology = pair
         model = read_robot(robot)
-        poses = robot.model.qpos0.reshape(-1, 7)
         end = Head.of(morphology, True)
-        dropped = Dropped(model, poses, end=end, physics=physics, width=widest())
+        dropped = _drop(robot, model, end, physics)
         if observer is None:
             dropped.settle(duration)
         else:
             for _ in range(round(duration / physics.control_period)):
                 dropped.settle(physics.control_period)
-                observer(snapshot(robot, dropped, physics))
+                observer(_snapshot(robot, dropped, physics))
         failure = None
         if dropped.failure != GOES_ON:
             failure = _settling_failure(robot, model, end, dropped, physics)
@@ -107,13 +108,7 @@ def find_heads(
         is_end, code = robot.dropped.goes_end_first(duration)
         failure = robot.failure
         if failure is None and code != GOES_ON:
-            n = robot.dropped.n_updates + round(duration / physics.control_period)
-            failure = failure_at(code, n, robot.model, physics)
-            failure = dataclasses.replace(
-                failure,
-                state=snapshot(robot.robot, robot.dropped, physics).state()[0, 0],
-                controls=np.full((1, INTERNAL * robot.model.n_modules), RELEASED_LENGTH),
-            )
+            failure = _search_failure(code, robot, round(duration / physics.control_period), physics)
         return Head.of(morphology, is_end), failure
 
     found = threaded(one, list(zip(settled, morphologies, strict=True)), n_threads)
@@ -128,7 +123,11 @@ def threaded(function: Callable[[Q], R], items: Sequence[Q], n_threads: int) -> 
         return list(pool.map(function, items))
 
 
-def snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSimulations:
+def _drop(robot: RobotModel, model: Model, end: Head, physics: Physics) -> Dropped:
+    return Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+
+
+def _snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSimulations:
     """Return a dropped robot as observers see it."""
     failed = dropped.failure
     failure = failure_at(failed, dropped.n_updates, dropped.model, physics) if failed != GOES_ON else None
@@ -154,17 +153,36 @@ def _settling_failure(
     robot: RobotModel, model: Model, end: Head, dropped: Dropped, physics: Physics
 ) -> Failure:
     """Return why a robot failed while it settled, with its last moments."""
-    again = Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+    again = _drop(robot, model, end, physics)
     at = 0
     while again.failure == GOES_ON:
         again.settle(physics.control_period)
         at += 1
     n = min(at, MAX_UPDATES)
-    before = Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+    before = _drop(robot, model, end, physics)
     if at > n:
         before.settle((at - n) * physics.control_period)
     return dataclasses.replace(
         failure_at(dropped.failure, at, model, physics),
-        state=snapshot(robot, before, physics).state()[0, 0],
-        controls=np.full((n, INTERNAL * model.n_modules), RELEASED_LENGTH),
+        state=_snapshot(robot, before, physics).state()[0, 0],
+        controls=np.full((n, INTERNAL * model.n_modules), SLACK),
+    )
+
+
+def _search_failure(code: int, settled: Settled, n_updates: int, physics: Physics) -> Failure:
+    """Return why a robot failed while its head was searched, with its last moments."""
+    dropped, model = settled.dropped, settled.model
+    _, loop, _ = dropped.pulse(n_updates)
+    failed_at = int(by_lane(loop.failed_at)[0, 0])
+    at = failed_at - dropped.n_updates
+    n = min(at, MAX_UPDATES)
+    before, _, _ = dropped.pulse(at - n)
+    _, _, recording = dropped.pulse(at, _COMMANDS)
+    rods = by_lane(before.rods).reshape(-1, ROD, width_of(before.rods))[..., 0]
+    controls = recording.commands[at - n :, 0]
+    time = (failed_at - n) * physics.control_period
+    return dataclasses.replace(
+        failure_at(code, failed_at, model, physics),
+        state=mujoco_state(settled.robot.model, rods, controls[0], time),
+        controls=controls,
     )

@@ -78,16 +78,32 @@ class Dropped:
         Returns:
             Whether the end is the head, and why the simulation was stopped, one of ``guard``'s codes, or 0.
         """
-        state = new_state(self.model, width=width_of(self.state.rods))
-        branch(state, self.state, 0)
-        loop = self._loop(TOGETHER)
-        begin(state, loop)
+        state, loop = self._pulsing()
         x, y, rear_x, rear_y = by_lane(loop.scene.faces)[:, 0].tolist()
         n = round(duration / self._physics.control_period)
         run(self.model, state, loop, make_recording(self.model, loop, n, NOTHING), n)
         now_x, now_y = by_lane(loop.scene.faces)[2:, 0].tolist()
         moved = (now_x - rear_x) * (x - rear_x) + (now_y - rear_y) * (y - rear_y)
         return moved >= 0.0, int(by_lane(state.failed)[0, 0])
+
+    def pulse(self, n_updates: int, record: frozenset[str] = NOTHING) -> tuple[State, Loop, Recording]:
+        """Let a copy of the robot pulse as in the search for its head; the robot stays.
+
+        Returns:
+            The copy, what drove it and what was recorded, after ``n_updates`` control updates.
+        """
+        state, loop = self._pulsing()
+        recording = make_recording(self.model, loop, n_updates, record)
+        run(self.model, state, loop, recording, n_updates)
+        return state, loop, recording
+
+    def _pulsing(self) -> tuple[State, Loop]:
+        """Return a copy of the robot about to pulse, and what drives it."""
+        state = new_state(self.model, width=width_of(self.state.rods))
+        branch(state, self.state, 0)
+        loop = self._loop(TOGETHER)
+        begin(state, loop)
+        return state, loop
 
     def _loop(self, drive: int) -> Loop:
         width = width_of(self.state.rods)

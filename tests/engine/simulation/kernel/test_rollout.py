@@ -146,13 +146,26 @@ def test_an_interrupted_run_ends_like_an_undisturbed_one(run, tmp_path):
         assert one.canonical_hash() == other.canonical_hash()
 
 
-@pytest.mark.parametrize("settle_time", [0.2, 0.0])
-def test_a_failure_is_dumped_with_its_last_moments_and_fails_in_mujoco_too(tmp_path, settle_time):
+def in_python(view):
+    return GOAL_REACHING.sense(view)
+
+
+OWN_TASK = dataclasses.replace(GOAL_REACHING, name="own", sense=in_python)
+
+
+@pytest.mark.parametrize("task", [GOAL_REACHING, OWN_TASK], ids=lambda task: task.name)
+@pytest.mark.parametrize(
+    ("stage", "settle_time", "open_loop_time"),
+    [("settling", 2.0, 0.0), ("head-search", 0.0, 2.0), ("trial", 0.0, 0.0)],
+)
+def test_a_failure_is_dumped_with_its_last_moments_and_fails_in_mujoco_too(
+    tmp_path, task, stage, settle_time, open_loop_time
+):
     explosive = dataclasses.replace(KERNEL, timestep=0.004)
-    trials = dataclasses.replace(SHORT, settle_time=settle_time, open_loop_time=0.0)
+    trials = dataclasses.replace(SHORT, settle_time=settle_time, open_loop_time=open_loop_time)
     kept = []
     evaluator = LocalEvaluator(
-        task=GOAL_REACHING,
+        task=task,
         physics=explosive,
         trials=trials,
         run_seed=1,
@@ -163,6 +176,8 @@ def test_a_failure_is_dumped_with_its_last_moments_and_fails_in_mujoco_too(tmp_p
     assert found[0].failure.startswith("diverged")
     assert found[0].failure.endswith(" (kept)")
     (failed,) = kept
+    assert failed.stage == stage
+    assert f"{failed.failure.n_updates * explosive.control_period:.2f} s" in failed.failure.reason
     assert 1 <= len(failed.failure.controls) <= min(100, failed.failure.n_updates)
     dump = Dump("goal-reaching", explosive, 1, failed, {})
     write_dump(dump, tmp_path / "failure.tsdump")
