@@ -184,12 +184,9 @@ def _set_options(spec: mujoco.MjSpec, physics: Physics, gravity: bool) -> None:
     spec.option.gravity = [0.0, 0.0, -GRAVITY / physics.inertia_scale if gravity else 0.0]
     # implicitfast would solve for contact forces without the cables' damping and apply them with it
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    if physics.simulator == "mujoco-pgs":
-        # wrong in 1 to 6 % of states (docs/physics.md); runs that were made with it are repeated with it
-        spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
-    else:
-        spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-        spec.option.tolerance = NEWTON_TOLERANCE
+    # PGS is wrong in 1 to 6 % of states (docs/physics.md)
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.tolerance = NEWTON_TOLERANCE
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = physics.impratio
 
