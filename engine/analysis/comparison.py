@@ -259,11 +259,7 @@ def _fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> 
 
 def _differences(runs: Iterable[RunResult], counts: Callable[[str], bool]) -> str:
     """Return the fields in which configurations differ, with their values, or nothing."""
-    flat = [
-        # with the simulator, which files leave out where older versions imply it
-        dict(_flatten(to_json(r.config) | {"physics": dataclasses.asdict(r.config.physics)}))
-        for r in runs
-    ]
+    flat = [dict(_flatten(to_json(r.config))) for r in runs]
     parts = []
     for key in flat[0]:
         values = sorted({str(f.get(key)) for f in flat})

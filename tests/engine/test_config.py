@@ -143,7 +143,7 @@ def test_the_task_of_a_run_has_its_sensors():
 
 def test_a_file_from_before_rods_were_heavier_has_rods_as_they_were():
     old = {"timestep": 0.005, "control_period": 0.02, "inertia_scale": 10.0, "friction": 0.5}
-    expected = Physics(**old, rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
+    expected = Physics(**old, simulator="mujoco", rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
     assert from_json({"physics": old}).physics == physics_from_json(old) == expected
 
 
