@@ -132,6 +132,9 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
+    if not config.trials.trajectory_bits:
+        # runs from before positions were rounded keep their hash
+        del found["trials"]["trajectory_bits"]
     return found
 
 
@@ -179,7 +182,10 @@ def physics_from_json(data: Any) -> Physics:
     return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
-_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"simulator": "mujoco", "rod_inertia": 1.0}}
+_BEFORE: Final[dict[type, dict[str, Any]]] = {
+    Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
+    TrialConfig: {"trajectory_bits": 0},
+}
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 
 

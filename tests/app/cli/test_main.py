@@ -119,7 +119,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     groups = {
         "": "algorithm batch-size cell-capacity evaluations initial overlap preset refit-generations seed"
         " sensory stiffness task",
-        "trials.": "open-loop-time repeats settle-time trial-time",
+        "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
         " servo-noise simulator timestep",
         "vie-neat.": "boundary-rate compatibility-threshold controllers elitism morphologies mutants"
