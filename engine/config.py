@@ -132,14 +132,6 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
-    return found | {"physics": physics_to_json(config.physics)}
-
-
-def physics_to_json(physics: Physics) -> dict[str, Any]:
-    """Return a physics as JSON-ready values, without the simulator that files of older versions imply."""
-    found = dataclasses.asdict(physics)
-    if physics.simulator == _BEFORE[Physics]["simulator"]:
-        del found["simulator"]
     return found
 
 
@@ -187,7 +179,7 @@ def physics_from_json(data: Any) -> Physics:
     return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
-_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"simulator": "mujoco-pgs", "rod_inertia": 1.0}}
+_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"simulator": "mujoco", "rod_inertia": 1.0}}
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 
 

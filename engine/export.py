@@ -22,7 +22,7 @@ import numpy as np
 from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, physics_to_json
+from engine.config import RunConfig
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
@@ -57,7 +57,6 @@ MuJoCo {mujoco} with Newton's method. A step of the two agrees to about 1e-7 m/s
 amplify every difference: the motion leaves the recorded one after some seconds, by millimetres to
 centimetres."""
 REPEATABLE: Final[Mapping[Simulator, str]] = {
-    "mujoco-pgs": _BY_MUJOCO,
     "mujoco": _BY_MUJOCO,
     "kernel": _BY_KERNEL,
 }
@@ -130,7 +129,7 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
         "task": {"name": config.task, **task_version(config.task)},
-        "physics": physics_to_json(config.physics),
+        "physics": dataclasses.asdict(config.physics),
     }
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
 

@@ -17,6 +17,7 @@ from neat.innovation import InnovationTracker
 
 from engine.body.module import MAX_MODULES
 from engine.errors import InvalidData
+from engine.exact import cosine_and_sine, logarithm
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""
@@ -220,6 +221,24 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
             for k, g in genome.connections.items()
         ),
     )
+
+
+def _gauss(mu: float = 0.0, sigma: float = 1.0) -> float:
+    """Draw from Python's global generator what its own ``gauss`` draws, with the same bits everywhere.
+
+    That function asks the C library for a logarithm, a sine and a cosine, whose last bit may differ from one
+    computer to another; this one rounds them to the nearest double.
+    """
+    generator = random.gauss.__self__  # type: ignore[attr-defined]
+    z, generator.gauss_next = generator.gauss_next, None
+    if z is None:
+        cosine, sine = cosine_and_sine(random.random() * math.tau)
+        radius = math.sqrt(-2.0 * logarithm(1.0 - random.random()))
+        z, generator.gauss_next = cosine * radius, sine * radius
+    return mu + z * sigma
+
+
+neat.attributes.gauss = _gauss
 
 
 @contextlib.contextmanager

@@ -15,11 +15,12 @@ from typing import Final
 import numpy as np
 
 from engine.body import module as t
+from engine.exact import cosine_and_sine, length
 from engine.tasks.task import Task
 from engine.tasks.view import View
 from engine.tasks.walls import Wall
 
-MODULE_LENGTH: Final = 2.0 * float(np.linalg.norm(t.NODES[0]))
+MODULE_LENGTH: Final = 2.0 * float(length(t.NODES[0]))
 """Diameter of a module as built, 11.11 cm, from which the published walls are derived."""
 THICKNESS: Final = 1.5 * MODULE_LENGTH
 """Thickness of every wall, in m; in the front wall, the length of the aperture."""
@@ -51,8 +52,7 @@ def walls(target: int, n_modules: int) -> tuple[Wall, ...]:
     aperture is centred on the target's sideways position. The middles of the other walls are at
     b = max(that, two nominal robot lengths, the sideways position) + 4 cm.
     """
-    x = _DISTANCE * math.cos(_BEARINGS[target])
-    y = _DISTANCE * math.sin(_BEARINGS[target])
+    x, y = (_DISTANCE * part for part in cosine_and_sine(_BEARINGS[target]))
     half = THICKNESS / 2.0
     front = x / 4.0 + half
     b = max(front, 2.0 * n_modules * MODULE_LENGTH, abs(y)) + MARGIN

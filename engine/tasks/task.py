@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from engine.errors import InvalidData, TaskError
+from engine.exact import cosine_and_sine
 from engine.tasks.view import View
 from engine.tasks.walls import BURIED, MAX_WALLS, Wall
 from engine.tasks.watchdog import TIMEOUT_VARIABLE, TooLong, time_limit, timeout
@@ -126,8 +127,8 @@ class Task:
 
 def target_offsets(task: Task, bearings: Sequence[float] | None = None) -> np.ndarray:
     """Return the (targets, 2) target positions in the settled head's frame: x ahead, y left."""
-    angle = np.asarray(task.target_bearings if bearings is None else bearings)
-    return task.target_distance * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    bearings = task.target_bearings if bearings is None else bearings
+    return task.target_distance * np.array([cosine_and_sine(b) for b in bearings])
 
 
 def worlds(task: Task, n_modules: int) -> list[tuple[Wall, ...]]:

@@ -114,7 +114,7 @@ def test_what_a_file_leaves_out_has_its_default():
 
 def test_a_file_from_before_rods_were_heavier_has_rods_as_they_were():
     old = {"timestep": 0.005, "control_period": 0.02, "inertia_scale": 10.0, "friction": 0.5}
-    expected = Physics(**old, rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
+    expected = Physics(**old, simulator="mujoco", rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
     assert from_json({"physics": old}).physics == physics_from_json(old) == expected
 
 

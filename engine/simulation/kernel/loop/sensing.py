@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from engine.exact import cosine_and_sine
 from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import (
     Integer,
@@ -28,7 +29,7 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.lanes.transcendental import angle, sine_and_cosine
+from engine.simulation.kernel.lanes.transcendental import angle
 from engine.simulation.kernel.physics.state import ROD, WALL
 from engine.tasks import GOAL_REACHING, SQUEEZING, Task
 from engine.tasks.squeezing import BONUS, DEPTH, SENSOR_RANGE
@@ -106,7 +107,7 @@ def make_scene(
     numbers = by_lane(boxes).reshape(len(walls[0]), SEEN, width)
     for lane, boxes_there in enumerate(walls):
         for k, w in enumerate(boxes_there):
-            numbers[k, :, lane] = (*w.centre, *w.half_size, *direction_of(w.yaw), not w.is_buried)
+            numbers[k, :, lane] = (*w.centre, *w.half_size, *cosine_and_sine(w.yaw), not w.is_buried)
     target = reals(4, width=width)
     by_lane(target)[:2] = targets.T
     units = np.array(_UNITS.get(kind, (1.0,) * n_inputs))
@@ -123,29 +124,6 @@ def make_scene(
         walls=boxes,
         faces=reals(4, width=width),
     )
-
-
-def offsets_of(distance: float, bearings: Sequence[float]) -> np.ndarray:
-    """Return the (targets, 2) places in the frame at a distance in m and some bearings in rad.
-
-    They are ``engine.tasks.target_offsets``, with the same bits on every machine.
-    """
-    return distance * np.array([direction_of(b) for b in bearings])
-
-
-def direction_of(bearing: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle in rad, the same on every machine."""
-    numbers = reals(3, width=1)
-    by_lane(numbers)[0] = bearing
-    _direction_of(numbers)
-    return float(by_lane(numbers)[1, 0]), float(by_lane(numbers)[2, 0])
-
-
-@inlined
-def _direction_of(numbers: Reals) -> None:
-    sine, cosine = sine_and_cosine(load(numbers, 0))
-    store(numbers, 1, cosine)
-    store(numbers, 2, sine)
 
 
 @inlined

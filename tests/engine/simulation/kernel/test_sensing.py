@@ -253,15 +253,3 @@ def test_only_tasks_with_both_functions_are_in_the_kernel():
     assert sensing.kind_of(dataclasses.replace(SQUEEZING, target_distance=0.7)) == sensing.APERTURE
     assert sensing.kind_of(dataclasses.replace(GOAL_REACHING, sense=remaining_distance)) == sensing.PYTHON
     assert sensing.kind_of(dataclasses.replace(SQUEEZING, score=remaining_distance)) == sensing.PYTHON
-
-
-@pytest.mark.parametrize("task", TASKS, ids=lambda t: t.name)
-def test_offsets_of_targets(task):
-    found = sensing.offsets_of(task.target_distance, task.target_bearings)
-    np.testing.assert_allclose(found, target_offsets(task), rtol=0.0, atol=1e-16)
-
-
-@pytest.mark.parametrize("bearing", [0.0, 1.0, -2.5, math.radians(5.0), 100.0])
-def test_direction_of_a_bearing(bearing):
-    expected = math.cos(bearing), math.sin(bearing)
-    np.testing.assert_allclose(sensing.direction_of(bearing), expected, rtol=2.3e-16)
