@@ -2,6 +2,7 @@
 
 Read in this order:
 
+- ``run_files``: files and folders of them.
 - ``elite_maps``: archives seen along other axes.
 - ``profile``: how many cells hold a robot that is good for something.
 - ``steering``: which controllers tell left from right.

@@ -9,8 +9,8 @@ from pathlib import Path
 from engine.analysis.comparison.fairness import fairness
 from engine.analysis.comparison.run_result import NothingToCompareError, RunResult, load_result
 from engine.analysis.comparison.task_comparison import Group, TaskComparison, make_groups
+from engine.analysis.run_files import run_files
 from engine.errors import InvalidData
-from engine.storage.schema import SUFFIX
 
 ReadingObserver = Callable[[Path, int, int], None]
 """Receives the run that is read, how many are done, and how many there are."""
@@ -80,24 +80,6 @@ def compare_runs(
     for t in tasks:
         notes += fairness(t, labels, at)
     return Comparison(tasks, labels, tuple(notes), at)
-
-
-def run_files(places: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """Return the run files of files and folders, each once, and a note on those named twice.
-
-    Raises:
-        InvalidData: a folder has none.
-    """
-    found: dict[Path, Path] = {}
-    notes = []
-    for place in places:
-        files = sorted(place.glob(f"*{SUFFIX}")) if place.is_dir() else [place]
-        if not files:
-            raise InvalidData(f"the folder {place} has no run files (*{SUFFIX})")
-        for file in files:
-            if found.setdefault(file.resolve(), file) is not file:
-                notes.append(f"{file} is named more than once; it counts once.")
-    return list(found.values()), notes
 
 
 def _labels(paths: list[Path]) -> dict[Path, str]:
