@@ -6,6 +6,7 @@ Files may come from strangers: what is read is checked, and nothing is unpickled
 - ``rows``: evaluations, generations and ancestors as rows, and back.
 - ``lock``: which process writes a run.
 - ``writer``: the one process that writes it.
+- ``raw``: a file's bytes, without opening it here.
 - ``database``: opens a run file to read it. ``reader``: what it holds, finished or live.
 - ``check``: finds what is wrong with a file. ``migration``: a copy of an older format in the present one.
 - ``salvage``, ``salvaged_tables``: what is left of a damaged file. ``recovery``: a new
