@@ -43,7 +43,7 @@ class Verify:
     timestep_factor: float | None = None
     """Factor on the time step, such as 0.25."""
     simulator: Simulator | None = None
-    """Another simulator: kernel, mujoco (Newton's method, the reference) or mujoco-pgs."""
+    """Another simulator: kernel, or mujoco (Newton's method), the reference."""
     seeds: int = 5
     """Evaluations with fresh noise, each of all targets and repeats."""
     workers: int = os.cpu_count() or 1

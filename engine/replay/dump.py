@@ -24,7 +24,7 @@ import numpy as np
 
 from engine.body.module import SERVO_NODES
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, physics_from_json, physics_to_json
+from engine.config import RunConfig, physics_from_json
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
 from engine.files import read_zip, zip_bytes
@@ -184,7 +184,7 @@ def _pack(dump: Dump) -> bytes:
         "reason": f.failure.reason,
         "n_updates": f.failure.n_updates,
         "task": dump.task,
-        "physics": physics_to_json(dump.physics),
+        "physics": dataclasses.asdict(dump.physics),
         "run_seed": dump.run_seed,
         "versions": dump.versions,
         "walls": [w.to_json() for w in f.walls],

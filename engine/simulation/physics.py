@@ -22,7 +22,7 @@ from strangers.
 """
 
 
-Simulator = Literal["mujoco-pgs", "mujoco", "kernel"]
+Simulator = Literal["kernel", "mujoco"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +34,8 @@ class Physics:
     the time step; ``docs/physics.md`` says where they match and where they do not.
     """
 
-    simulator: Simulator = "mujoco-pgs"
-    """What simulates. mujoco-pgs: MuJoCo with its PGS solver, as in older runs. mujoco: with its Newton
-    solver, the reference. kernel: the same equations, much faster."""
+    simulator: Simulator = "kernel"
+    """What simulates: the kernel, or MuJoCo with its Newton solver, the slow reference."""
     timestep: float = 0.0025
     """Step of the integrator, in s."""
     control_period: float = 0.02

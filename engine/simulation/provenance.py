@@ -142,7 +142,7 @@ def kernel_fingerprint() -> str:
     return found.hexdigest()[:12]
 
 
-def versions(task: str = "", simulator: Simulator = "mujoco-pgs") -> dict[str, str]:
+def versions(task: str = "", simulator: Simulator = "kernel") -> dict[str, str]:
     """Return the versions of everything that decides a run's outcome.
 
     Args:

@@ -88,7 +88,8 @@ def test_without_another_physics_only_the_noise_is_new(run):
 
 def test_a_physics_that_fails_is_reported_not_raised(run):
     config, evaluation = run
-    physics = dataclasses.replace(config.physics, servo_noise=1e300)
+    # MuJoCo takes no such number for a command
+    physics = dataclasses.replace(config.physics, simulator="mujoco", servo_noise=1e300)
     samples = verify(config, evaluation, physics=physics, n_seeds=2).changed
     assert samples.n_failed == 2
     assert samples.recorded_noise.failure
