@@ -147,6 +147,9 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
+    if not config.trials.trajectory_bits:
+        # runs from before positions were rounded keep their hash
+        del found["trials"]["trajectory_bits"]
     return found
 
 
@@ -197,6 +200,7 @@ def physics_from_json(data: Any) -> Physics:
 _BEFORE: Final[dict[type, dict[str, Any]]] = {
     Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
     RunConfig: {"sensors": "centimetres", "variation": dataclasses.asdict(PUBLISHED)},
+    TrialConfig: {"trajectory_bits": 0},
 }
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 

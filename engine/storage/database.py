@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sqlite3
+import stat
 import threading
 import urllib.parse
 from collections.abc import Iterable
@@ -19,6 +21,7 @@ from engine.errors import (
     UnknownTask,
     one_line,
 )
+from engine.storage.raw import raw_bytes
 from engine.storage.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
 
 CHUNK: Final = 500
@@ -39,7 +42,6 @@ class RunDatabase:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        _check_header(path)
         self._mutex = threading.Lock()
         self._db = connect(path)
         try:
@@ -132,6 +134,7 @@ def connect(path: Path) -> sqlite3.Connection:
     Raises:
         RunFileError: it cannot be read.
     """
+    _check_file(path)
     where = urllib.parse.quote(str(path.absolute()))
     error: Exception | None = None
     modes = ["mode=ro"]
@@ -141,13 +144,37 @@ def connect(path: Path) -> sqlite3.Connection:
     for options in modes:
         try:
             db = sqlite3.connect(f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False)
+        except sqlite3.Error as e:
+            error = e
+            continue
+        try:
             db.row_factory = sqlite3.Row
             db.execute("PRAGMA trusted_schema=OFF")
             db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
             return db
         except (sqlite3.Error, UnicodeDecodeError) as e:
+            db.close()
             error = e
-    raise _unreadable(path, error)
+    raise _not_opened(path, error)
+
+
+def _check_file(path: Path) -> None:
+    """Make sure that there is a file that can hold a run. It is not opened: see ``engine.storage.raw``."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        raise RunFileError(f"{path} does not exist") from None
+    except OSError as e:
+        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
+    obstacle = (
+        errno.EISDIR if stat.S_ISDIR(found.st_mode) else 0 if os.access(path, os.R_OK) else errno.EACCES
+    )
+    if obstacle:
+        raise RunFileError(f"{path} cannot be read: {os.strerror(obstacle)}")
+    if not stat.S_ISREG(found.st_mode):
+        raise RunFileError(f"{path} is not a TensAtlas run file")
+    if not found.st_size:
+        raise RunFileError(f"{path} is empty")
 
 
 def _unreadable(path: Path, error: Exception | None) -> RunFileError:
@@ -159,22 +186,21 @@ def _unreadable(path: Path, error: Exception | None) -> RunFileError:
     return DamagedRunFile(path, f"cannot be read: {text}")
 
 
-def _check_header(path: Path) -> None:
+def _not_opened(path: Path, error: Exception | None) -> RunFileError:
+    """Return the error for a file that SQLite does not open; its first bytes say more than SQLite does."""
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the rest says which kind
+    if code not in (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT):
+        return _unreadable(path, error)
     try:
-        size = path.stat().st_size
-        with open(path, "rb") as f:
-            header = f.read(4096)
-    except FileNotFoundError:
-        raise RunFileError(f"{path} does not exist") from None
+        header, size = raw_bytes(path, 4096), path.stat().st_size
     except OSError as e:
-        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
-    if not size:
-        raise RunFileError(f"{path} is empty")
+        return RunFileError(f"{path} cannot be read: {e.strerror}")
     if not header.startswith(_HEADER) or len(header) < 100:
         if b"CREATE TABLE evaluations" in header:
-            raise DamagedRunFile(path, "is damaged: its first bytes are wrong")
-        raise RunFileError(f"{path} is not a TensAtlas run file")
+            return DamagedRunFile(path, "is damaged: its first bytes are wrong")
+        return RunFileError(f"{path} is not a TensAtlas run file")
     page = int.from_bytes(header[16:18], "big")
     expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
     if size < expected and not path.with_name(path.name + "-wal").exists():
-        raise DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
+        return DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
+    return _unreadable(path, error)

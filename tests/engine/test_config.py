@@ -133,7 +133,15 @@ OLD = RunConfig(sensors="centimetres", variation=PUBLISHED)
 def test_what_a_file_leaves_out_has_its_default_or_was_as_published():
     assert from_json({}) == OLD
     c = from_json({"seed": 3, "trials": {"repeats": 3}})
-    assert c == dataclasses.replace(OLD, seed=3, trials=TrialConfig(repeats=3))
+    trials = TrialConfig(repeats=3, trajectory_bits=0)
+    assert c == dataclasses.replace(OLD, seed=3, trials=trials)
+
+
+def test_a_file_from_before_positions_were_rounded_keeps_every_digit_and_its_hash():
+    old = to_json(RunConfig())
+    del old["trials"]["trajectory_bits"]
+    assert from_json(old).trials.trajectory_bits == 0
+    assert to_json(from_json(old)) == old
 
 
 def test_the_task_of_a_run_has_its_sensors():
@@ -223,6 +231,12 @@ def test_malformed_json_is_refused(data):
 def test_impossible_times_are_refused(field, value):
     with pytest.raises(InvalidData, match=field):
         TrialConfig(**{field: value})
+
+
+@pytest.mark.parametrize("value", [-1, 31])
+def test_positions_are_rounded_to_30_digits_at_most(value):
+    with pytest.raises(InvalidData, match="trajectory_bits must be from 0 to 30"):
+        TrialConfig(trajectory_bits=value)
 
 
 @pytest.mark.parametrize("value", [1e-320, 1e-12])
