@@ -13,6 +13,7 @@ from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell
 from engine.search.descriptors import CONTROLLER_SHAPE
+from engine.search.elite_records import Curiosity
 from engine.search.trajectory_archive import TrajectoryArchive
 from engine.search.variation import PUBLISHED, Variation, VariationConfig
 from engine.simulation.evaluation import Evaluation, Solution
@@ -29,7 +30,7 @@ class MapSearchConfig:
     """Parameters of DM-ME and MAP-Elites; ViE-NEAT ignores them.
 
     Raises:
-        InvalidData: a cell's capacity or a map's number of cells is out of its range.
+        InvalidData: a number is out of its range, or contradicts another field.
     """
 
     initial: int = 1080
@@ -42,6 +43,8 @@ class MapSearchConfig:
     """What describes a controller: the head's positions at 1 Hz, or its displacements between them."""
     controller_cells: tuple[int, int] = CONTROLLER_SHAPE
     """Cells of the controller map along its first and its second principal component."""
+    parents: Literal["uniform", "curiosity"] = "uniform"
+    """How parents are drawn from an archive: all alike, or by how many of their children found a place."""
     cell_capacity: int = 1
     """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
 
@@ -55,6 +58,11 @@ class MapSearchConfig:
         if not 1 <= self.cell_capacity <= MAX_CELL_CAPACITY:
             raise InvalidData(
                 f"cell_capacity must be from 1 to {MAX_CELL_CAPACITY}, not {self.cell_capacity}"
+            )
+
+        if self.parents != "uniform" and self.cell_capacity > 1:
+            raise InvalidData(
+                "parents by curiosity are for a cell_capacity of 1; a deep grid has its own rule"
             )
 
     def check_schedule(self, evaluations: int) -> None:
@@ -125,6 +133,7 @@ class MapSearch(Algorithm):
         self._generation = 0
         self._overlap = overlap
         self._asked: deque[list[Solution]] = deque()
+        self._curiosity = Curiosity() if config.parents == "curiosity" else None
         self._create_archives()
 
     @property
@@ -160,12 +169,15 @@ class MapSearch(Algorithm):
         ordered = sorted(evaluations, key=lambda e: e.solution.number)
         if not self._asked or [e.solution for e in ordered] != self._asked[0]:
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
-        self._asked.popleft()
+        told = self._asked.popleft()
         self._offer([e for e in ordered if e.fitness is not None])
+        if self._curiosity is not None:
+            elites = [e for archive in self.archives.values() for e in archive.elites()]
+            self._curiosity.learn(told, {e.solution.number for e in elites})
         self._generation += 1
 
     def state(self) -> dict[str, Any]:
-        """Return the generation, the random state, NEAT's counters, the descriptor and open generations."""
+        """Return counters, random state and descriptor, what is known of the elites, and open generations."""
         state = {
             "generation": self._generation,
             **self._variation.state(),
@@ -173,6 +185,8 @@ class MapSearch(Algorithm):
         }
         if self._overlap:
             state["asked"] = [[s.to_json() for s in asked] for asked in self._asked]
+        if self._curiosity is not None:
+            state["curiosity"] = self._curiosity.state()
         return state
 
     def restore(
@@ -187,11 +201,17 @@ class MapSearch(Algorithm):
         self._trajectories.restore(state["descriptor"])
         for name, archive in self.archives.items():
             archive.reinsert(contents[name].items())
+        if self._curiosity is not None:
+            self._curiosity.restore(state["curiosity"])
         self._asked = deque([Solution.from_json(data) for data in asked] for asked in state.get("asked", ()))
 
     def _sample(self, archive: str, n: int) -> list[Solution]:
         """Draw parents from an archive and mutate each."""
-        parents = self.archives[archive].sample(n, self._variation.rng)
+        rng, held = self._variation.rng, self.archives[archive]
+        if self._curiosity is None:
+            parents = held.sample(n, rng)
+        else:
+            parents = self._curiosity.draw(held.elites(), n, rng)
         return [self._variation.mutate(parent.solution, archive) for parent in parents]
 
     @abc.abstractmethod

@@ -117,8 +117,8 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap preset"
-        " refit-generations seed sensors sensory stiffness task",
+        "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap parents"
+        " preset refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
@@ -195,6 +195,7 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --batch-size 5", "even number"),
         ("evolve x.tsmr --refit-generations 5", "must include 0"),
         ("evolve x.tsmr --seed -1", "seed"),
+        ("evolve x.tsmr --parents curiosity --cell-capacity 5", "a deep grid has its own rule"),
         (
             "evolve x.tsmr --controller-cells 0 9",
             "controller_cells must be two numbers from 1 to 50, not 0, 9",
