@@ -13,6 +13,8 @@ from engine.errors import InvalidData
 from engine.simulation.evaluation import Solution
 
 MUTATIONS: Final = ("morphology", "controller", "both")
+AGAIN: Final = "again"
+"""The operator of an elite that is evaluated under other noise; its parent is its first evaluation."""
 MAX_WEIGHT: Final = 100
 
 
@@ -128,6 +130,12 @@ class Variation:
             parent=parent.number,
             operator=operator,
             source=source,
+        )
+
+    def again(self, elite: Solution) -> Solution:
+        """Return an elite under a new number, which gives it other noise."""
+        return dataclasses.replace(
+            elite, number=self._next_number(), parent=elite.number, operator=AGAIN, source=None
         )
 
     def state(self) -> dict[str, Any]:

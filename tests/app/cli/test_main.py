@@ -118,7 +118,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     # by their names, which scripts use
     groups = {
         "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap parents"
-        " preset refit-generations seed sensors sensory stiffness task",
+        " preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
@@ -195,6 +195,11 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --batch-size 5", "even number"),
         ("evolve x.tsmr --refit-generations 5", "must include 0"),
         ("evolve x.tsmr --seed -1", "seed"),
+        (
+            "evolve x.tsmr --reevaluations 24",
+            "reevaluations must be from 0 to less than batch_size (24), not 24",
+        ),
+        ("evolve x.tsmr --reevaluations 2 --cell-capacity 5", "a deep grid has its own rule"),
         ("evolve x.tsmr --parents curiosity --cell-capacity 5", "a deep grid has its own rule"),
         (
             "evolve x.tsmr --controller-cells 0 9",

@@ -18,6 +18,7 @@ CHANGES = {
     "MAP-Elites in 2-D": {"algorithm": "map-elites-2d"},
     "random search": {"algorithm": "random"},
     "curiosity": {"parents": "curiosity"},
+    "samples": {"reevaluations": 3, "parents": "curiosity"},
     "deep grid": {"cell_capacity": 2},
     "DM-ME, per module": {"stiffness": "per-module"},
     "MAP-Elites, per module": {"algorithm": "map-elites", "stiffness": "per-module"},
@@ -25,7 +26,7 @@ CHANGES = {
 CONFIGS = {name: replaced(MADE_UP, **changes) for name, changes in CHANGES.items()}
 
 
-@pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "curiosity", "DM-ME, per module"])
+@pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "curiosity", "samples", "DM-ME, per module"])
 @pytest.mark.usefixtures("no_physics")
 def test_a_killed_run_ends_like_an_undisturbed_one(tmp_path, name):
     config = CONFIGS[name]
