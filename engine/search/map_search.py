@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import functools
 import itertools
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
 from engine.body.morphology import StiffnessMode
+from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
-from engine.search.archive import Cell
+from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.search.elite_records import Curiosity, Samples
 from engine.search.trajectory_archive import TrajectoryArchive
@@ -238,7 +240,16 @@ class MapSearch(Algorithm):
         else:
             parents = self._curiosity.draw(list(map(self._samples.first, held.elites())), n, rng)
         firsts = map(self._samples.first, parents)
-        return [self._variation.mutate(parent.solution, archive) for parent in firsts]
+        return [
+            self._variation.mutate(parent.solution, archive, functools.partial(self._pair, parent, held))
+            for parent in firsts
+        ]
+
+    def _pair(self, parent: Evaluation, archive: GridArchive) -> tuple[Controller, Controller]:
+        """Return the controllers of a parent and of another individual of its archive, the fitter's first."""
+        (drawn,) = archive.sample(1, self._variation.rng)
+        fitter, other = sorted((parent, self._samples.first(drawn)), key=archive.judge)
+        return fitter.solution.controller, other.solution.controller
 
     def _elites(self) -> list[Evaluation]:
         """Return the elites of all archives; one that holds several cells, several times."""

@@ -7,6 +7,7 @@ import pytest
 import engine.runs.evolve
 from engine.config import replaced
 from engine.errors import RunFileError
+from engine.search.variation import VariationConfig
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.killed import run_until_killed
@@ -18,7 +19,11 @@ CHANGES = {
     "MAP-Elites in 2-D": {"algorithm": "map-elites-2d"},
     "random search": {"algorithm": "random"},
     "curiosity": {"parents": "curiosity"},
-    "samples": {"reevaluations": 3, "parents": "curiosity"},
+    "samples": {
+        "reevaluations": 3,
+        "parents": "curiosity",
+        "variation": VariationConfig(crossover=0.5, both_weight=2),
+    },
     "deep grid": {"cell_capacity": 2},
     "DM-ME, per module": {"stiffness": "per-module"},
     "MAP-Elites, per module": {"algorithm": "map-elites", "stiffness": "per-module"},
