@@ -90,18 +90,24 @@ def _labels(paths: list[Path]) -> dict[Path, str]:
 def _tasks(
     runs: list[RunResult], labels: dict[Path, str], at: int | None, baseline: str | None
 ) -> tuple[TaskComparison, ...]:
-    found = []
-    for task in sorted({r.config.task for r in runs}):
-        groups = make_groups([r for r in runs if r.config.task == task], at)
-        found.append(TaskComparison(task, groups, _baseline(groups, labels, baseline)))
-    if baseline is not None and not any(t.baseline for t in found):
-        names = "; ".join(dict.fromkeys(g.name for t in found for g in t.groups))
+    by_task = {
+        task: make_groups([r for r in runs if r.config.task == task], at)
+        for task in sorted({r.config.task for r in runs})
+    }
+    if baseline is None:
+        return tuple(TaskComparison(task, groups) for task, groups in by_task.items())
+    every = [g for groups in by_task.values() for g in groups]
+    meant = [g for g in every if _is_called(g, baseline, labels)]
+    if not meant:
+        names = "; ".join(dict.fromkeys(g.name for g in every))
         raise InvalidData(f"no group is called {baseline!r}, and no run; the groups are: {names}")
-    return tuple(found)
+    # a run is of one task, and a group may be called otherwise in another: there its settings tell
+    alike = meant + [g for g in every if any(g.settings == m.settings for m in meant)]
+    return tuple(
+        TaskComparison(task, groups, next((g for g in alike if g in groups), None))
+        for task, groups in by_task.items()
+    )
 
 
-def _baseline(groups: Sequence[Group], labels: dict[Path, str], name: str | None) -> Group | None:
-    if name is None:
-        return None
-    by_name = next((g for g in groups if g.name.casefold() == name.casefold()), None)
-    return by_name or next((g for g in groups if any(labels[r.path] == name for r in g.runs)), None)
+def _is_called(group: Group, name: str, labels: dict[Path, str]) -> bool:
+    return group.name.casefold() == name.casefold() or any(labels[r.path] == name for r in group.runs)

@@ -8,6 +8,7 @@ import sqlite3
 import pytest
 
 from engine.analysis.comparison import Comparison, TaskComparison, compare_runs
+from engine.analysis.comparison.compare import _tasks
 from engine.analysis.comparison.run_result import load_result
 from engine.analysis.comparison.significance import holm
 from engine.analysis.comparison.tables import csv_files, markdown
@@ -308,6 +309,15 @@ def test_all_groups_against_a_baseline(run_file):
             ("DM-ME, batch size 6", "DM-ME, batch size 8"),
             ("DM-ME, batch size 10", "DM-ME, batch size 8"),
         }
+    # the run is of one task; the group of another one is that with the same settings
+    comparison = compare_runs(a + b)
+    squeezing = [
+        dataclasses.replace(r, config=replaced(r.config, task="squeezing")) for r in comparison.tasks[0].runs
+    ]
+    for name in ("b3", "dm-me, batch size 8"):
+        runs = [*squeezing[:2], *comparison.tasks[0].runs, squeezing[2]]
+        other = _tasks(runs, comparison.labels, None, name)[1]
+        assert (other.task, other.baseline.name) == ("squeezing", "DM-ME, batch size 8")
     with pytest.raises(InvalidData, match="no group is called 'x', and no run; the groups are: DM-ME, batch"):
         compare_runs(a + b, baseline="x")
 
