@@ -105,11 +105,11 @@ class ComparePanel:
         self._in_background(lambda: self._compare(paths, at))()
 
     def _in_background(self, action: Callable[[], None]) -> Callable[[], None]:
-        """Return an action that runs in a separate thread, unless another does already."""
+        """Return an action that is done beside all else, unless another is already."""
 
         def work() -> None:
             try:
-                self._actions.guarded(action, alone=False)()
+                action()
             finally:
                 self._tell("")
                 self._start.disabled = False
@@ -118,7 +118,7 @@ class ComparePanel:
         def start() -> None:
             if self._busy.acquire(blocking=False):
                 self._start.disabled = True
-                threading.Thread(target=work, name="comparison", daemon=True).start()
+                self._actions.slow(work)()
 
         return start
 

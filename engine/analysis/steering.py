@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 
 from engine.body import servo
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.control.network import NetworkBatch
 from engine.simulation.evaluation import Solution
-from engine.tasks import Task, get_task
+from engine.tasks import Task
 from engine.tasks.loading import made_up_view
 from engine.tasks.task import sensed
 
@@ -37,7 +37,7 @@ def steers(config: RunConfig, solutions: Sequence[Solution]) -> list[bool]:
     Raises:
         TaskError: the task cannot be asked what it senses.
     """
-    task = get_task(config.task)
+    task = task_of(config)
     pairs = mirrored_pairs(task.target_bearings)
     inputs: dict[int, np.ndarray] = {}
     found = []

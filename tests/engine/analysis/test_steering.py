@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import pytest
@@ -43,3 +44,15 @@ def test_a_controller_steers_if_it_feels_the_bearing(task):
         "distance": False,
         "a module that the robot has not": False,
     }
+
+
+def test_raw_centimetres_can_drown_the_bearing():
+    links = tuple(
+        ConnectionGene(source=source, target=3, weight=weight, enabled=True, innovation=k)
+        for k, (source, weight) in enumerate([(-1, 1.0), (-2, 2.0)])
+    )
+    both = dataclasses.replace(controller(-1, 3), connections=links)
+    solution = Solution(number=0, morphology=Morphology(5, (1, 2, 3)), controller=both)
+    config = preset("smoke")
+    for sensors, feels in (("relative", True), ("centimetres", False)):
+        assert steers(replaced(config, sensors=sensors), [solution]) == [feels]
