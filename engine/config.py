@@ -14,10 +14,11 @@ from engine.search.algorithm import Algorithm
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearchConfig, check_overlap
+from engine.search.variation import PUBLISHED, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
-from engine.tasks import get_task
+from engine.tasks import Sensors, Task, get_task
 
 INLINE: Final = "inline"
 """Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
@@ -46,6 +47,10 @@ class RunConfig:
     """Sizes of DM-ME's and MAP-Elites' generations, and what describes a controller."""
     stiffness: StiffnessMode = "shared"
     """One stiffness for all modules of a robot, as published, or one for each."""
+    sensors: Sensors = "relative"
+    """Units of the built-in sensors: relative (to the distance at the start and to pi), or as published."""
+    variation: VariationConfig = VariationConfig()
+    """How new solutions come about."""
     vie_neat: VieNeatConfig = VieNeatConfig()
     """Sizes and rates of ViE-NEAT's two populations."""
     overlap: int = 0
@@ -77,11 +82,17 @@ class RunConfig:
             raise InvalidData(f"seed must be from 0 to {2**32 - 1}, not {self.seed}")
 
 
+def task_of(config: RunConfig) -> Task:
+    """Return a run's task as its robots sense it; whatever drives a controller takes it from here."""
+    return get_task(config.task, config.sensors)
+
+
 def create_algorithm(config: RunConfig) -> Algorithm:
     """Return a fresh algorithm for a configuration."""
     common: dict[str, Any] = {
         "n_inputs": get_task(config.task).n_inputs,
         "stiffness": config.stiffness,
+        "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
     }
@@ -95,7 +106,10 @@ def create_algorithm(config: RunConfig) -> Algorithm:
 
 
 PRESETS: Final[dict[str, RunConfig]] = {
-    "paper": RunConfig(),
+    "atlas": RunConfig(),
+    "paper": RunConfig(
+        map_search=MapSearchConfig(sensory="displacements"), sensors="centimetres", variation=PUBLISHED
+    ),
     "quick": RunConfig(
         evaluations=600,
         map_search=MapSearchConfig(initial=240),
@@ -111,8 +125,9 @@ PRESETS: Final[dict[str, RunConfig]] = {
 }
 """Presets for every algorithm; options such as ``cell_capacity`` are added to them.
 
-``paper``: the published experiment. ``quick``: one simulation per target instead of two and 600
-evaluations, about half an hour on two cores. ``smoke``: seconds, the whole machinery, no science."""
+``atlas``: ours, with gentle mutations and relative sensors. ``paper``: the published experiment. ``quick``: a
+short ``atlas``, with one simulation per target instead of two and 600 evaluations. ``smoke``: seconds, the
+whole machinery, no science."""
 
 
 def preset(name: str) -> RunConfig:
@@ -132,6 +147,9 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
+    if not config.trials.trajectory_bits:
+        # runs from before positions were rounded keep their hash
+        del found["trials"]["trajectory_bits"]
     return found
 
 
@@ -179,7 +197,11 @@ def physics_from_json(data: Any) -> Physics:
     return typing.cast(Physics, _read(Physics, data, "physics"))
 
 
-_BEFORE: Final[dict[type, dict[str, Any]]] = {Physics: {"simulator": "mujoco", "rod_inertia": 1.0}}
+_BEFORE: Final[dict[type, dict[str, Any]]] = {
+    Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
+    RunConfig: {"sensors": "centimetres", "variation": dataclasses.asdict(PUBLISHED)},
+    TrialConfig: {"trajectory_bits": 0},
+}
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 
 

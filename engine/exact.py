@@ -14,26 +14,27 @@ from typing import Final
 
 import numpy as np
 
-_BITS: Final = 256
-"""Bits after the point of the whole numbers that stand for fractions in a sine's series."""
-_PI_BITS: Final = 1280
-"""The same for pi: the largest double has 1,024 bits before the point."""
+_BITS: Final = 192
+"""Bits after the point of the whole numbers that stand for fractions in a series: 2^192 is 1."""
+_ONE: Final = 1 << _BITS
+_MOST_BITS: Final = 1280
+"""The same of pi: the largest double has 1,024 bits before the point."""
 _TINY: Final = 1e-9
 """Angles in rad up to which sine and angle, cosine and 1 are the same double."""
 
 
-def _arctangent(n: int, bits: int) -> Fraction:
-    """Return arctan(1/n) to a number of bits, by its Taylor series."""
+def _arctangent(n: int, bits: int) -> int:
+    """Return arctan(1/n), times 2^bits, by its Taylor series."""
     total, power, k = 0, (1 << bits) // n, 0
     while power:
         total += (power if k % 2 == 0 else -power) // (2 * k + 1)
         power //= n * n
         k += 1
-    return Fraction(total, 1 << bits)
+    return total
 
 
-_HALF_PI: Final = 8 * _arctangent(5, _PI_BITS) - 2 * _arctangent(239, _PI_BITS)
-"""Machin's formula."""
+_HALF_PI: Final = 8 * _arctangent(5, _MOST_BITS) - 2 * _arctangent(239, _MOST_BITS)
+"""Half of pi, times 2^_MOST_BITS, by Machin's formula."""
 
 
 @functools.lru_cache(maxsize=1024)
@@ -41,17 +42,47 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
     """Return the doubles nearest to cosine and sine of a finite angle in rad."""
     if abs(angle) < _TINY:
         return 1.0, float(angle)
-    turned = Fraction(angle)
-    quarter = round(turned / _HALF_PI)
-    x = round((turned - quarter * _HALF_PI) * (1 << _BITS))
-    sums, term, k = [0, 0], 1 << _BITS, 0
-    while term not in (0, -1):
-        # Taylor's series of both: + cosine, + sine, - cosine, - sine, ...
-        sums[k % 2] += term if k % 4 < 2 else -term
-        k += 1
-        term = (term * x // k) >> _BITS
-    cosine, sine = sums[0] / (1 << _BITS), sums[1] / (1 << _BITS)
+    # as many more bits as the angle has before the point, so that as many are left after its reduction
+    more = max(0, math.frexp(angle)[1])
+    whole, part = float(angle).as_integer_ratio()
+    x, half_pi = (whole << _BITS + more) // part, _HALF_PI >> _MOST_BITS - _BITS - more
+    quarter = (x + (half_pi >> 1)) // half_pi
+    x = (x - quarter * half_pi) >> more
+    cosine, sine = _alternating(_ONE, x, 0) / _ONE, _alternating(x, x, 1) / _ONE
     return ((cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine))[quarter % 4]
+
+
+def _alternating(term: int, x: int, k: int) -> int:
+    """Return the Taylor series of cosine or sine, times 2^_BITS, whose first term is that in x^k."""
+    total, square = 0, x * x >> _BITS
+    while term not in (0, -1):
+        total += term
+        term = (-term * square >> _BITS) // ((k + 1) * (k + 2))
+        k += 2
+    return total
+
+
+def _artanh(x: int) -> int:
+    """Return artanh of x / 2^_BITS, times 2^_BITS, by its Taylor series."""
+    total, power, square, k = 0, x, x * x >> _BITS, 1
+    while power not in (0, -1):
+        total += power // k
+        power = power * square >> _BITS
+        k += 2
+    return total
+
+
+_LN_2: Final = 2 * _artanh(_ONE // 3)
+
+
+def logarithm(x: float) -> float:
+    """Return the double nearest to the natural logarithm of a positive, finite number."""
+    part, exponent = math.frexp(x)
+    if part < 0.7:
+        part, exponent = 2.0 * part, exponent - 1
+    numerator, denominator = part.as_integer_ratio()
+    fraction = ((numerator - denominator) << _BITS) // (numerator + denominator)
+    return (2 * _artanh(fraction) + exponent * _LN_2) / _ONE
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
@@ -67,14 +98,18 @@ def _double_and_rest(x: Fraction) -> tuple[float, float]:
     return float(x), float(x - Fraction(float(x)))
 
 
+_PI: Final = Fraction(_HALF_PI, 1 << (_MOST_BITS - 1))
+_PI_DOUBLE, _PI_REST = _double_and_rest(_PI)
 _SERIES: Final = [float(Fraction((-1) ** k, 2 * k + 1)) for k in reversed(range(1, 14))]
 """Of arctan(u) / u, without its first term; the highest power's first."""
 _BASES: Final = np.array(
-    [(0.0, 0.0, 0.0), (0.5, *_double_and_rest(_arctangent(2, 200))), (1.0, *_double_and_rest(_HALF_PI / 2))]
+    [
+        (0.0, 0.0, 0.0),
+        (0.5, *_double_and_rest(Fraction(_arctangent(2, _BITS), _ONE))),
+        (1.0, *_double_and_rest(_PI / 4)),
+    ]
 )
 """Three numbers, with their arctangents and what is missing of these."""
-_PI: Final = math.pi
-_PI_REST: Final = float(2 * _HALF_PI - Fraction(math.pi))
 
 
 def bearing(left: np.ndarray, ahead: np.ndarray) -> np.ndarray:
@@ -97,7 +132,7 @@ def bearing(left: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     first = base + (u + (u * square * series + base_rest))
     # the first eighth of a turn, to be mirrored
     steep, behind = across > along, ahead < 0.0
-    whole = np.where(steep, 0.5 * _PI, np.where(behind, _PI, 0.0))
+    whole = np.where(steep, 0.5 * _PI_DOUBLE, np.where(behind, _PI_DOUBLE, 0.0))
     whole_rest = np.where(steep, 0.5 * _PI_REST, np.where(behind, _PI_REST, 0.0))
     size = whole + (np.where(steep ^ behind, -first, first) + whole_rest)
     return np.where(left < 0.0, -size, size)

@@ -23,7 +23,7 @@ import numpy as np
 from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
@@ -127,10 +127,12 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
 
     Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
+    # left out where they are as published, as robots were before there was a choice
+    sensors = {} if config.sensors == "centimetres" else {"sensors": config.sensors}
     content = {
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
-        "task": {"name": config.task, **task_version(config.task)},
+        "task": {"name": config.task, **task_version(config.task)} | sensors,
         "physics": dataclasses.asdict(config.physics),
     }
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
@@ -206,7 +208,7 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
     loop, path = replay.loop, []
     if loop is not None and replay.failure is None:
         settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
-        first = sensed(get_task(config.task), loop.view(), loop.sim.alive)[0, 0]
+        first = sensed(task_of(config), loop.view(), loop.sim.alive)[0, 0]
         path.append(loop.head()[0, 0])
         for second in range(1, math.floor(config.trials.trial_time) + 1):
             replay.advance(float(second))

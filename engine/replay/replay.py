@@ -10,7 +10,7 @@ from typing import Final, Self
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.frames import FrameMaker
 from engine.replay.recording import UPDATES_PER_FRAME, ReplayFrame
@@ -48,7 +48,7 @@ def repeat_trial(
         aim: a place for the target other than the task's.
         observer: sees the robot settle.
     """
-    solution, task = evaluation.solution, get_task(config.task)
+    solution, task = evaluation.solution, task_of(config)
     trial = trials_of(task, solution.morphology.n_modules, config.trials.repeats)[
         target * config.trials.repeats + repeat
     ]

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import Cancelled, InvalidData, TaskError
 from engine.replay.frames import FrameMaker
 from engine.replay.recording import UPDATES_PER_FRAME, ReplayFrame
@@ -21,7 +21,7 @@ from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import Head, RollOut
 from engine.simulation.trials import start_trials, trials_of
-from engine.tasks import fitness, get_task
+from engine.tasks import fitness
 from engine.tasks.walls import Wall
 
 
@@ -42,7 +42,7 @@ class WhatIf:
     def __init__(self, config: RunConfig, evaluation: Evaluation, morphology: Morphology) -> None:
         check_timestep(config.physics)
         self.config, self.original, self.morphology = config, evaluation, morphology
-        task, trials = get_task(config.task), config.trials
+        task, trials = task_of(config), config.trials
         self._task = task
         self._shape = (task.n_targets, trials.repeats)
         self.frames: list[list[ReplayFrame]] = [[] for _ in range(task.n_targets)]

@@ -37,6 +37,8 @@ BONUS: Final = 0.04
 """Deducted from the final distance, in m."""
 
 _DISTANCE: Final = 0.6
+_GATE_DISTANCE: Final = 0.1583
+"""How far the entrance is from where the head begins, in m; rounded, as cosines differ between machines."""
 _BEARINGS: Final = (math.radians(5.0), -math.radians(5.0))
 
 
@@ -80,9 +82,9 @@ def _sense(view: View) -> np.ndarray:
     past = view.position[..., 0] > gate[..., 0]
     return np.stack(
         [
-            100.0 * distance,
+            distance,
             bearing,
-            100.0 * np.where(past, -gate_distance, gate_distance),
+            np.where(past, -gate_distance, gate_distance),
             gate_bearing,
             view.clearance <= SENSOR_RANGE,
         ],
@@ -100,6 +102,8 @@ SQUEEZING: Final = Task(
     summary="crawl to a target 60 cm away through an aperture of 8 cm",
     inputs=("distance", "bearing", "gate dist.", "gate bear.", "obstacle"),
     sense=_sense,
+    units=(100.0, 1.0, 100.0, 1.0, 1.0),
+    relative_units=(1.0 / _DISTANCE, 1.0 / math.pi, 1.0 / _GATE_DISTANCE, 1.0 / math.pi, 1.0),
     target_distance=_DISTANCE,
     target_bearings=_BEARINGS,
     walls=walls,

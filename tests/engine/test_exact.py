@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 from engine.body.morphology import Morphology
-from engine.exact import bearing, cosine_and_sine, length
+from engine.exact import bearing, cosine_and_sine, length, logarithm
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
@@ -48,6 +48,26 @@ def test_cosine_and_sine_are_the_nearest_doubles(angle):
 )
 def test_cosines_and_sines_that_are_hard(angle, cosine, sine):
     assert cosine_and_sine(angle) == (cosine, sine)
+
+
+@examples(200)
+@given(st.floats(min_value=0.0, exclude_min=True, allow_infinity=False))
+def test_logarithms_are_the_nearest_doubles(x):
+    assert abs(logarithm(x) - math.log(x)) <= math.ulp(math.log(x))
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        (1.0, 0.0),
+        (2.0, 0.6931471805599453),
+        (math.e, 1.0),
+        (1.0 + 2.0**-52, 2.0**-52 - 2.0**-105),
+        (1.0 - 2.0**-53, -(2.0**-53)),
+    ],
+)
+def test_logarithms_that_are_hard(x, expected):
+    assert logarithm(x) == expected
 
 
 def test_lengths_are_roots_of_sums_of_squares():

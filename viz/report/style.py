@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import plotly.graph_objects as go
 
-from engine.analysis.run_result import ALGORITHM_NAMES
+from engine.analysis.comparison.groups import ALGORITHM_NAMES
 
 FONT: Final = "Inter, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 WIDTH: Final = 1080
@@ -41,7 +41,7 @@ DARK: Final = ReportLook("rgba(0,0,0,0)", "#e6e9ee", "#9aa4b2", "#39414d", "#2a3
 
 
 def colors(names: list[str]) -> dict[str, str]:
-    """Return a colour for each algorithm or variant; those of the paper keep theirs in every report."""
+    """Return a colour for each group; those of the paper keep theirs in every report."""
     others = iter(_OTHER_COLORS * (1 + len(names) // len(_OTHER_COLORS)))
     return {n: _ALGORITHM_COLORS.get(n) or next(others) for n in names}
 

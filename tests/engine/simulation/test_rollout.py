@@ -1,3 +1,5 @@
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
@@ -63,6 +65,17 @@ def test_two_threads_give_the_same_bits(evaluations):
     assert {k: bits(e) for k, e in two.items()} == {k: bits(e) for k, e in evaluations.items()}
 
 
+def test_head_positions_are_rounded_and_nothing_else(evaluations):
+    fine = evaluate(SOLUTIONS, trials=dataclasses.replace(SHORT, trajectory_bits=0))
+    for number, e in evaluations.items():
+        steps = e.trajectory.astype(float) * 2**14
+        assert np.array_equal(steps, np.round(steps))
+        # float32 holds the exact mean only to its own last digit
+        assert np.abs(e.trajectory - fine[number].trajectory).max() <= 2**-15 + 1e-8
+        assert not np.signbit(e.trajectory[e.trajectory == 0.0]).any()
+        assert bits(dataclasses.replace(e, trajectory=fine[number].trajectory)) == bits(fine[number])
+
+
 @pytest.mark.parametrize("i", range(4))
 def test_a_solution_alone_gives_the_same_bits(evaluations, i):
     s = SOLUTIONS[i]
@@ -114,7 +127,8 @@ def test_the_trajectory_is_the_mean_of_the_repeats(evaluations):
         assert result.scores.tolist() == e.distances[:, repeat].tolist()
         paths.append(result.trajectory)
     expected = np.mean(paths, axis=0)[:, 1:]
-    np.testing.assert_allclose(e.trajectory, expected, rtol=1e-6, atol=1e-9)
+    # it is rounded
+    np.testing.assert_allclose(e.trajectory, expected, rtol=1e-6, atol=2**-15 + 1e-8)
 
 
 @pytest.mark.parametrize("n", [2, 4])

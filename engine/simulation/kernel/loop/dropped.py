@@ -110,7 +110,7 @@ class Dropped:
     def _loop(self, drive: int) -> Loop:
         width = width_of(self.state.rods)
         scene = make_scene(
-            PYTHON, n_inputs=0, head=head_rods(self._end), targets=np.zeros((width, 2)), walls=[()] * width
+            PYTHON, units=(), head=head_rods(self._end), targets=np.zeros((width, 2)), walls=[()] * width
         )
         loop = make_loop(
             self.model,

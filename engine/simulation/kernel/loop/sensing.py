@@ -45,16 +45,13 @@ APERTURE: Final = 2
 SEEN: Final = WALL + 1
 """Numbers of a wall: those of ``kernel.physics.state``, then 1, or 0 in a lane where it is buried."""
 
-_UNITS: Final = {GOAL: (100.0, 1.0), APERTURE: (100.0, 1.0, 100.0, 1.0, 1.0)}
-"""Factors on what is sensed in m and rad: the published networks take centimetres."""
-
 
 class Scene(NamedTuple):
     """What the lanes' trials take place in and what their heads perceive of it.
 
     Attributes:
         kind: of the task.
-        units: (inputs,) factors on the sensed numbers.
+        units: (inputs,) factors on what is sensed in m and rad.
         reach: up to where squeezing senses a wall straight ahead, in m.
         depth, bonus: how far past the gate a head must be, and what is deducted from its distance then, in m.
         head: (6,) the three rods whose centres average to the head's front face, then those of its rear face.
@@ -88,7 +85,7 @@ def kind_of(task: Task) -> int:
 def make_scene(
     kind: int,
     *,
-    n_inputs: int,
+    units: Sequence[float],
     head: Sequence[int],
     targets: np.ndarray,
     walls: Sequence[Sequence[Wall]],
@@ -97,7 +94,7 @@ def make_scene(
 
     Args:
         kind: of the task.
-        n_inputs: how many numbers it senses.
+        units: per number that it senses a factor.
         head: the head's rods, see ``Scene``.
         targets: (lanes, 2) in the frame.
         walls: per lane its walls in the frame, equally many for all.
@@ -110,11 +107,9 @@ def make_scene(
             numbers[k, :, lane] = (*w.centre, *w.half_size, *cosine_and_sine(w.yaw), not w.is_buried)
     target = reals(4, width=width)
     by_lane(target)[:2] = targets.T
-    units = np.array(_UNITS.get(kind, (1.0,) * n_inputs))
-    assert len(units) == n_inputs
     return Scene(
         kind=kind,
-        units=units,
+        units=np.array(units, float),
         reach=SENSOR_RANGE,
         depth=DEPTH,
         bonus=BONUS,

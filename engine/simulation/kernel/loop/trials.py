@@ -97,7 +97,7 @@ class Trials:
             branch(state, settled, lane)
             scene = make_scene(
                 kind,
-                n_inputs=task.n_inputs,
+                units=task.units,
                 head=head_rods(head),
                 targets=np.asarray(targets)[of_lane],
                 walls=[walls[i] for i in of_lane],

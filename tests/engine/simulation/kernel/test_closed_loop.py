@@ -124,7 +124,7 @@ class Again:
 
     def update(self, centres):
         """Return what is sensed in a state and what is commanded then."""
-        sensed = self.robot.task.sense(self.view(centres))
+        sensed = self.robot.task.sense(self.view(centres)) * self.robot.task.units
         outputs = self.network.activate(sensed)[0]
         frequency = servo.pick(servo.FREQUENCIES, outputs[:, 0::2])
         phase = servo.pick(servo.PHASES, outputs[:, 1::2])
