@@ -231,7 +231,8 @@ class _ValueAxis:
     def __init__(self, values: Sequence[float], measure: Measure) -> None:
         low, high = min(values), max(values)
         room = 0.06 * (high - low) or max(abs(high) * 0.1, 0.5)
-        self.low, self.high = low - room, high + room
+        # no room below zero for what is never negative
+        self.low, self.high = low - room if low < 0.0 else max(low - room, 0.0), high + room
         self._measure = measure
 
     def __call__(self, value: float) -> float:
