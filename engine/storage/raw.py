@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
+from typing import IO, Final
 
 _READ: Final = """
 import os, shutil, sys
@@ -36,8 +36,24 @@ def raw_bytes(path: Path, n: int = -1) -> bytes:
     Raises:
         OSError: it cannot be read.
     """
-    done = subprocess.run([*COMMAND, str(path), str(n)], stdin=subprocess.DEVNULL, capture_output=True)
+    return _read(path, n, subprocess.PIPE)
+
+
+def raw_copy(path: Path, target: Path) -> None:
+    """Copy a file to a new one without opening it here.
+
+    Raises:
+        OSError: it cannot be read, or the copy cannot be written.
+    """
+    with open(target, "xb") as f:
+        _read(path, -1, f)
+
+
+def _read(path: Path, n: int, output: int | IO[bytes]) -> bytes:
+    done = subprocess.run(
+        [*COMMAND, str(path), str(n)], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.PIPE
+    )
     if done.returncode:
         code = max(done.returncode, 0)
         raise OSError(code, os.strerror(code) if code else "the process that reads it was ended", str(path))
-    return done.stdout
+    return done.stdout or b""

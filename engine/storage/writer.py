@@ -328,6 +328,9 @@ def unwritable(path: Path, error: Exception) -> RunFileError:
             if path.exists()
             else "; make room there"
         )
+    elif path.exists() and not os.access(path.parent, os.W_OK):
+        log = path.with_name(path.name + "-wal")
+        reason += f"; copy it{f' and {log.name}' * log.exists()} to a folder that can be written to"
     return RunFileError(f"{path} cannot be written: {reason}")
 
 

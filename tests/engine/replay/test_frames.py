@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from engine.body.morphology import Morphology
+from engine.config import task_of
 from engine.replay.frames import FrameMaker
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder
 from engine.replay.replay import Replay, repeat_trial
@@ -33,7 +34,9 @@ def evaluated(config, task):
     solution = Solution(
         number=3, morphology=Morphology(6, (1, 5)), controller=evolved_controller(4, 6, task.n_inputs)
     )
-    evaluator = LocalEvaluator(task=task, physics=config.physics, trials=TIMES, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=TIMES, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     return evaluation
 
@@ -104,7 +107,9 @@ def test_a_failed_replay_says_when_as_the_evaluation_did(monkeypatch, settle_tim
     solution = Solution(
         number=20, morphology=Morphology(10, (1, 2, 3)), controller=evolved_controller(0, 3, 2)
     )
-    evaluator = LocalEvaluator(task=GOAL_REACHING, physics=config.physics, trials=times, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=times, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     assert evaluation.failure.startswith("diverged")
     replay = Replay(config, evaluation)
