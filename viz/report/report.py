@@ -29,6 +29,8 @@ _TESTS: Final = (
     " the normal approximation and without correction. A<sub>12</sub> is how often a run of the first group"
     " is above one of the second: 0.5 where they are alike; its interval is the bootstrap's."
 )
+_MOST_NESTED: Final = 3
+"""Groups up to which the 4-D maps of all their runs are drawn; of more, each group's first."""
 _TASK_TITLES: Final = {"goal-reaching": "Goal reaching", "squeezing": "Squeezing"}
 
 
@@ -176,11 +178,12 @@ def _nested_figures(
             if runs[0].maps[GRID].projected
             else "the archive that it works with"
         )
+        few = len(task.groups) <= _MOST_NESTED
         figures.append(
             ReportFigure(
                 f"{_file_name(task.task)}-nested-{_file_name(group.name)}",
-                f"{group.name}, the 4-D map: {how}.",
-                nested_figure(task, runs, comparison.labels, look),
+                f"{html.escape(group.name)}, the 4-D map{'' if few else ' of its first run'}: {how}.",
+                nested_figure(task, runs if few else runs[:1], comparison.labels, look),
             )
         )
     return tuple(figures)

@@ -35,7 +35,9 @@ def evaluated(config):
     solution = Solution(
         number=3, morphology=Morphology(6, (1, 5)), controller=evolved_controller(4, 6, task.n_inputs)
     )
-    evaluator = LocalEvaluator(task=task, physics=config.physics, trials=TIMES, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=TIMES, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     return evaluation
 
@@ -106,7 +108,9 @@ def test_a_failed_replay_says_when_as_the_evaluation_did(monkeypatch, settle_tim
     solution = Solution(
         number=20, morphology=Morphology(10, (1, 2, 3)), controller=evolved_controller(0, 3, 2)
     )
-    evaluator = LocalEvaluator(task=GOAL_REACHING, physics=config.physics, trials=times, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=times, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     assert evaluation.failure.startswith("diverged")
     replay = Replay(config, evaluation)

@@ -75,8 +75,19 @@ def test_settings_that_change_together_are_not_all_named_and_words_come_before_n
     assert differing([settings(MADE_UP), settings(other)]) == ["initial", "batch_size", "sensory"]
 
 
-def test_without_the_default_among_them_all_are_named():
-    assert names(MADE_UP, replaced(MADE_UP, batch_size=8)) == ["DM-ME, batch size 6", "DM-ME, batch size 8"]
+def test_without_the_default_among_them_the_value_of_most_goes_without_saying():
+    batches = [replaced(MADE_UP, batch_size=n) for n in (6, 8)]
+    assert names(*batches) == ["DM-ME, batch size 6", "DM-ME, batch size 8"]
+    assert names(*batches, replaced(MADE_UP, sensory="displacements")) == [
+        "DM-ME",
+        "DM-ME, batch size 8",
+        "DM-ME, sensory displacements",
+    ]
+    assert names(*batches, replaced(MADE_UP, batch_size=24)) == [
+        "DM-ME, batch size 6",
+        "DM-ME, batch size 8",
+        "DM-ME",
+    ]
 
 
 def test_simulators_are_groups_of_their_own():
