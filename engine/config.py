@@ -117,6 +117,7 @@ PRESETS: Final[dict[str, RunConfig]] = {
         sensors="centimetres",
         variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
         vie_neat=VieNeatConfig(maximise="inverse"),
+        trials=TrialConfig(unfed_outputs="zero"),
     ),
     "quick": RunConfig(
         evaluations=600,

@@ -70,6 +70,7 @@ configs = st.builds(
         settle_time=whole_periods,
         open_loop_time=whole_periods,
         trial_time=st.integers(1, 100).map(float),
+        unfed_outputs=st.sampled_from(["bias", "zero"]),
     ),
     physics=st.builds(
         lambda scale, **others: with_inertia(Physics(**others), scale),
@@ -92,7 +93,7 @@ def test_the_paper_preset_is_the_published_experiment():
     assert (c.sensors, c.map_search.sensory) == ("centimetres", "displacements")
     old = dataclasses.replace(PUBLISHED.neat, version="0.92")
     assert c.variation == dataclasses.replace(PUBLISHED, neat=old)
-    assert c.vie_neat.maximise == "inverse"
+    assert (c.vie_neat.maximise, c.trials.unfed_outputs) == ("inverse", "zero")
     assert (c.evaluations, c.map_search.initial, c.map_search.batch_size) == (45_000, 1080, 24)
     assert c.map_search.refit_generations == (0, 50, 150, 350, 750, 1550)
     assert c.trials.repeats == 2
