@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 import tyro
 from rich.console import Console
@@ -15,20 +15,12 @@ from engine.errors import ExportError
 if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
 
-_MEASURES: Final = {
-    "best": ("best f_s, cm", 2),
-    "qd_score": ("QD score, cm", 1),
-    "coverage": ("coverage, %", 1),
-    "evaluations": ("evaluations", 0),
-    "hours": ("hours", 2),
-}
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Compare:
-    """Compare runs: tables, tests and figures by task and algorithm, beside the paper's.
+    """Compare runs: tables, tests and figures by task and by what the runs differ in, beside the paper's.
 
-    Writes one page that works offline, report.html, the tables as CSV and each figure as a file.
+    Writes one page that works offline, report.html, the tables as CSV and Markdown and each figure as a file.
     """
 
     paths: tyro.conf.Positional[tuple[Path, ...]]
@@ -37,6 +29,11 @@ class Compare:
     """Folder to write into."""
     at: int | None = None
     """Evaluations to compare at; later generations do not count. Without it, the ends of the runs."""
+    baseline: str | None = None
+    """The group that all others are tested against: its name, or that of one of its runs. Without it, all
+    groups are tested against each other."""
+    above: float | None = None
+    """f_s in cm above which cells are counted; without it, what no robot reaches that does not steer."""
     images: Literal["svg", "png", "none"] = "svg"
     """Kind of the figures' files; needs a Chromium."""
 
@@ -49,11 +46,12 @@ class Compare:
             ExportError: the report cannot be written.
         """
         from engine.analysis.comparison import compare_runs
-        from engine.analysis.comparison_tables import csv_files
+        from engine.analysis.comparison.tables import csv_files, markdown
         from viz.report.images import write_images
         from viz.report.report import render_page, report_sections
 
-        comparison = compare_runs(self.paths, at=self.at)
+        above = None if self.above is None else self.above / 100.0
+        comparison = compare_runs(self.paths, at=self.at, above=above, baseline=self.baseline)
         _make_folder(self.out)
         for note in comparison.notes:
             console.print(f"tensatlas: note: {note}", markup=False)
@@ -62,6 +60,7 @@ class Compare:
         _write(report, render_page(comparison, sections))
         for name, text in csv_files(comparison).items():
             _write(self.out / name, text)
+        _write(self.out / "tables.md", markdown(comparison))
         if self.images != "none":
             figures = [f for s in sections for f in s.figures]
             folder = self.out / "figures"
@@ -97,34 +96,39 @@ def _print(comparison: Comparison) -> None:
 
 
 def _test_lines(task: TaskComparison) -> list[str]:
-    from engine.analysis.statistics import too_few_runs
+    from engine.analysis.comparison.measures import MEASURES
 
-    tests = task.tests()
-    if tests and not any(t.result.enough for t in tests):
-        return [too_few_runs()]
+    tests = task.tests
+    remark = [task.remark] if task.remark else []
+    if not any(t.result.enough for t in tests):
+        return remark
     lines = []
     for test in tests:
-        p = f" (p = {test.result.p:.4f})" if test.result.enough else ""
-        what = {"best": "best f_s", "qd_score": "QD score"}[test.measure]
-        lines.append(f"{what}: {test.result.sentence(test.first.name, test.second.name)}{p}")
-    return lines
+        a12 = f"A12 {test.effect.value:.2f}"
+        p = f" (p = {test.corrected_p:.4f}, {a12}, {test.result.kind})" if test.result.enough else f" ({a12})"
+        lines.append(f"{MEASURES[test.measure].named(task.threshold)}: {test.sentence()}{p}")
+    return lines + remark
 
 
 def _table(task: TaskComparison) -> Table:
-    from engine.analysis import published
+    from engine.analysis.comparison import published
+    from engine.analysis.comparison.measures import MEASURES
     from viz.report.report import task_title
 
     table = Table(
         title=task_title(task.task),
         title_justify="left",
-        caption=f"mean ± s.d. over runs; published: {published.CITATION}",
+        caption=f"mean ± s.d. (n - 1) over runs; published (n): {published.CITATION}",
     )
     table.add_column("")
     for g in task.groups:
         table.add_column(f"{g.name}\n{len(g.runs)} run{'s' if len(g.runs) > 1 else ''}", justify="right")
-    for measure, (name, digits) in _MEASURES.items():
-        table.add_row(name, *(_ours(g.values(measure), digits) for g in task.groups))
-        papers = [published.statistics(measure, task.task, g.algorithm) for g in task.groups]
+    for name in task.measures:
+        measure = MEASURES[name]
+        digits = measure.digits
+        title = measure.named(task.threshold) + (f", {measure.unit}" if measure.unit else "")
+        table.add_row(title, *(_ours(g.values(name), digits) for g in task.groups))
+        papers = [published.statistics(name, task.task, g.algorithm) for g in task.groups]
         if any(papers):
             theirs = ["" if p is None else f"{p['mean']:.{digits}f} ± {p['std']:.{digits}f}" for p in papers]
             table.add_row("  published", *theirs, style="dim")
@@ -132,9 +136,11 @@ def _table(task: TaskComparison) -> Table:
 
 
 def _ours(values: list[float], digits: int) -> str:
-    from engine.analysis.statistics import describe
+    from engine.analysis.comparison.statistics import describe
 
     if not values:
-        return "-"
+        return "—"
     s = describe(values)
-    return f"{s.mean:.{digits}f}" + (f" ± {s.std:.{digits}f}" if s.std else "")
+    # counts have means that are not whole
+    digits = max(digits, 1) if len(values) > 1 else digits
+    return f"{s.mean:.{digits}f}" + (f" ± {s.std:.{digits}f}" if s.std is not None else "")

@@ -63,7 +63,7 @@ def _findings(runs: Sequence[Path], port: int) -> Iterator[Finding]:
     yield from _packages()
     yield _processor()
     yield from _simulation()
-    yield from _folder(runs[0].absolute().parent if runs else _new_runs())
+    yield from _folder(runs[0].absolute().parent if runs else _new_runs(), holds_runs=bool(runs))
     yield _port(port)
     yield _chromium()
     for run in runs:
@@ -151,7 +151,8 @@ def _new_runs() -> Path:
     return NEW_RUNS.absolute()
 
 
-def _folder(folder: Path) -> Iterator[Finding]:
+def _folder(folder: Path, *, holds_runs: bool) -> Iterator[Finding]:
+    """Check the folder of the first run named, or where new ones would be."""
     there = folder
     while not there.is_dir() and there != there.parent:
         there = there.parent
@@ -175,6 +176,10 @@ def _folder(folder: Path) -> Iterator[Finding]:
             yield Finding("problem", f"{there} does not lock files", "keep runs on another file system")
     except (OSError, TensAtlasError) as e:
         reason = e.strerror if isinstance(e, OSError) else str(e)
+        if holds_runs and not os.access(there, os.W_OK):
+            remedy = "runs there can be looked at; to resume one, copy it to another folder"
+            yield Finding("note", f"nothing can be written in {there}: {reason}", remedy)
+            return
         yield Finding("problem", f"no run can be written in {there}: {reason}", "choose another folder")
 
 

@@ -23,6 +23,8 @@ from engine.storage.reader import changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
 
+DEFAULT_PRESET: Final = "atlas"
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evolve:
@@ -33,8 +35,8 @@ class Evolve:
 
     path: tyro.conf.Positional[Path]
     """Run file to create, *.tsmr."""
-    preset: str = "quick"
-    """paper (the published experiment), quick (half an hour on two cores) or smoke (seconds)."""
+    preset: str = DEFAULT_PRESET
+    """atlas (ours), paper (the published experiment), quick (a short atlas) or smoke (seconds)."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
     """Who computes the evaluations; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]

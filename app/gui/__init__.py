@@ -4,6 +4,7 @@ Read in this order:
 
 - ``viser_private``: every use of viser's private parts, and the gate that checks what a browser sends.
 - ``access``: who may use the app; decided before a request is answered.
+- ``lanes``: who is served when, so that no browser keeps the others waiting.
 - ``actions``: the user's actions: one at a time, and a notice when one fails.
 - ``widgets``: small helpers: set a value once, inputs in one row.
 - ``page_channel``: scripts in the page and their way to the app; the scripts are in ``page_channel.js``.

@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import ParamSpec
 
 import viser
 
+from app.gui.lanes import Lanes
 from engine.errors import Cancelled, TensAtlasError
 
 log = logging.getLogger(__name__)
@@ -22,10 +23,11 @@ class Actions:
 
     Args:
         client: the browser, which gets the notices.
+        lanes: of the browser.
     """
 
-    def __init__(self, client: viser.ClientHandle) -> None:
-        self._client = client
+    def __init__(self, client: viser.ClientHandle, lanes: Lanes) -> None:
+        self._client, self._lanes = client, lanes
         self.mutex = threading.RLock()
         """Held by an action that excludes the others."""
         self.closed = False
@@ -34,6 +36,18 @@ class Actions:
     def notify(self, title: str, body: str, *, stays: bool = False) -> None:
         """Show a notice for a few seconds, or until the user closes it."""
         self._client.add_notification(title, body, auto_close_seconds=None if stays else 6.0)
+
+    def put(self, kind: Hashable, action: Callable[[], None]) -> None:
+        """Have a guarded action done after those that wait, in place of one of its kind among them."""
+        self._lanes.quick.put(kind, self.guarded(action))
+
+    def slow(self, action: Callable[[], None]) -> Callable[..., None]:
+        """Return a guarded action that is done beside the browser's others: it takes long.
+
+        Whatever it is called with is dropped.
+        """
+        run = self.guarded(action, alone=False)
+        return lambda *_: self._lanes.slow.put(action, run)
 
     def guarded(self, action: Callable[P, None], *, alone: bool = True) -> Callable[P, None]:
         """Return an action that reports what goes wrong as a notice.

@@ -1,4 +1,4 @@
-"""Makes one file at a time for one browser, in a separate thread, with progress and cancelling."""
+"""Makes one file at a time for one browser, beside all else, with progress and cancelling."""
 
 from __future__ import annotations
 
@@ -54,12 +54,7 @@ class FileMaker:
         self._notice = self._client.add_notification(
             "A file is being made", f"{what}: it is downloaded as soon as it is done.", loading=True
         )
-        threading.Thread(
-            target=self._actions.guarded(self._work, alone=False),
-            args=(what, make),
-            name="files",
-            daemon=True,
-        ).start()
+        self._actions.slow(lambda: self._work(what, make))()
 
     def cancel(self) -> None:
         """Give up what is being made, soon."""

@@ -4,6 +4,8 @@ Each of them is here because nothing public does it:
 
 - ``start_server``: viser has no hook for checking who connects, so the web-socket library's own one, which
   viser already uses for its pages, is asked first. The share tunnel can be hidden, but not be switched off.
+- ``_Dispatcher``: viser runs what browsers set off on one pool of threads, in which one browser's clicks keep
+  all others waiting.
 - ``Gate``: viser writes what a browser sends into its widgets unchecked: any attribute, any value, files of
   any size.
 - ``ModalHandle``: the type of what ``add_modal`` returns has no public name.
@@ -20,10 +22,12 @@ another one does not have them.
 from __future__ import annotations
 
 import contextlib
+import functools
 import http
 import math
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from concurrent.futures import Future
 from typing import Any, Final
 
 import numpy as np
@@ -65,21 +69,53 @@ PAGE_HEADERS: Final = {
 _starting = threading.Lock()
 
 
-def start_server(host: str, port: int, access: Access) -> viser.ViserServer:
-    """Start a viser server that answers only requests that the rules admit."""
+Dispatch = Callable[[int, Hashable, Callable[[], None]], None]
+"""Sees to it that something is done for a client, known by its number: what kind of thing, and what."""
+
+
+def start_server(host: str, port: int, access: Access, dispatch: Dispatch) -> viser.ViserServer:
+    """Start a viser server that answers only requests that the rules admit.
+
+    Args:
+        host: address to listen on.
+        port: port to listen on.
+        access: the rules.
+        dispatch: called on the thread that serves all browsers with what one of them sets off; must be quick.
+    """
     with _starting, _asking_first(access):
         server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
+    server._thread_executor = _Dispatcher(dispatch)  # type: ignore[assignment]
     handlers = server._websock_server
     # all widgets belong to a client; the share messages open a tunnel that shows the server to the world
     for kind in (
         _messages.ShareUrlRequest,
         _messages.ShareUrlDisconnect,
         _messages.GuiUpdateMessage,
+        _messages.GuiFormDirtyMessage,
         _messages.FileTransferStartUpload,
         _messages.FileTransferPart,
     ):
         handlers.unregister_handler(kind)
     return server
+
+
+class _Dispatcher:
+    """Takes the place of viser's pool of threads."""
+
+    def __init__(self, dispatch: Dispatch) -> None:
+        self._dispatch = dispatch
+
+    def submit(self, callback: Callable[[Any], None], event: Any) -> Future[None]:
+        """Pass on what calls a callback; events of one widget are of one kind."""
+        client = event if isinstance(event, viser.ClientHandle) else event.client
+        kind = (callback, id(getattr(event, "target", None)))
+        self._dispatch(client.client_id, kind, functools.partial(callback, event))
+        passed_on: Future[None] = Future()
+        passed_on.set_result(None)
+        return passed_on
+
+    def shutdown(self, wait: bool = True) -> None:
+        """Do nothing: the threads belong to others."""
 
 
 @contextlib.contextmanager

@@ -1,4 +1,7 @@
-"""Playback of one replay for one browser: simulates ahead on one thread, shows frames on another."""
+"""Playback of one replay for one browser: shows frames on a thread of its own, and has them simulated ahead.
+
+What is simulated for several browsers is simulated in turn, a few seconds of each.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+from app.gui.lanes import Crew, Lane
 from engine.replay.recording import Playable, ReplayFrame, frame_at, nearest_index
 
 log = logging.getLogger(__name__)
@@ -20,8 +24,13 @@ FIRST_INTERVAL = 0.005
 """Seconds between two looks whether a replay's first frame has been simulated."""
 CLOSING_TIME = 2.0
 """Seconds that closing waits for the threads to end."""
+SLICE = 5.0
+"""Seconds of a robot's time that are simulated before other browsers have their turn."""
 LAG = 0.4
 """Seconds after an end that was reached in which a browser may still offer to pause."""
+_drawing = threading.Lock()
+"""Held by the one player that computes a frame. Python runs one thread at a time anyway, and the more threads
+want to be that one, the longer waits the thread that answers all browsers."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -58,9 +67,17 @@ class Player:
 
     Args:
         may_simulate: asked before so many seconds of a robot's time are simulated.
+        lane: of the browser, where they are; None for threads of its own.
     """
 
-    def __init__(self, may_simulate: Callable[[float], bool] = lambda _seconds: True) -> None:
+    def __init__(
+        self, may_simulate: Callable[[float], bool] = lambda _seconds: True, lane: Lane | None = None
+    ) -> None:
+        self._crew: Crew | None = None
+        if lane is None:
+            self._crew = Crew()
+            lane = Lane(self._crew)
+        self._lane = lane
         self._show: Callable[[ReplayMoment], None] = lambda _moment: None
         self._controls: Controls | None = None
         self._may_simulate = may_simulate
@@ -76,7 +93,6 @@ class Player:
         self.speed = 1.0
         self.loop = False
         self.until = 0.0
-        self._simulations: list[threading.Thread] = []
         self._thread = threading.Thread(target=self._run, name="player", daemon=True)
         self._thread.start()
 
@@ -171,23 +187,34 @@ class Player:
         self._wake.set()
         self._refresh_controls()
 
-    def close(self) -> None:
-        """End all threads and wait for them a little: Python may not end while one is at work."""
+    def cancel(self) -> None:
+        """Play and simulate no more."""
         with self._mutex:
             self._closed = True
             if self._replay is not None:
                 self._replay.cancel()
         self._wake.set()
-        deadline = time.monotonic() + CLOSING_TIME
-        for thread in (self._thread, *self._simulations):
-            if thread is not threading.current_thread():
-                thread.join(max(0.0, deadline - time.monotonic()))
+
+    def close(self) -> None:
+        """End all threads and wait for them a little: Python may not end while one is at work."""
+        self.cancel()
+        if self._thread is not threading.current_thread():
+            self._thread.join(CLOSING_TIME)
+        if self._crew is not None:
+            self._crew.close(CLOSING_TIME)
 
     def _simulate(self, replay: Playable, until: float) -> None:
-        thread = threading.Thread(target=replay.advance, args=(until,), name="replay", daemon=True)
-        with self._mutex:
-            self._simulations = [*(t for t in self._simulations if t.is_alive()), thread]
-            thread.start()
+        """Simulate until a time of the replay's clock, in s, as its browser's turns come."""
+        reached = 0.0  # what comes before shows nothing of the trial
+
+        def advance() -> None:
+            nonlocal reached
+            replay.advance(min(reached, until))
+            if reached < until and replay is self._replay and not self._closed:
+                reached += SLICE
+                self._lane.put("simulate", advance)
+
+        self._lane.put("simulate", advance)
 
     def _run(self) -> None:
         last = due = time.monotonic()
@@ -198,7 +225,8 @@ class Player:
             now = time.monotonic()
             try:
                 self._advance(now - last)
-                self._show_current()
+                with _drawing:
+                    self._show_current()
             except Exception:  # one bad frame must not end all playback
                 log.exception("a frame could not be shown")
                 self.playing = False
@@ -215,9 +243,10 @@ class Player:
             if replay is None or not self.playing:
                 return
             frames = replay.frames
-            # never run ahead of the simulation
+            # never run ahead of the simulation, nor go on before anything has been seen
             frontier = frames[-1].time if frames else replay.start_time
-            self.time = min(self.time + elapsed * self.speed, max(frontier, self.time))
+            step = elapsed * self.speed if self._shown else 0.0
+            self.time = min(self.time + step, max(frontier, self.time))
             # the last frame may lie just before the end
             at_end = frontier > self.until - replay.frame_period + 1e-6
             if self.time >= frontier - 1e-6 and (at_end or replay.failure):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import dataclasses
 import math
-import threading
 from collections.abc import Sequence
 
 import numpy as np
@@ -101,15 +100,9 @@ class SideBySideReplay:
             lane.cancel()
 
     def advance(self, until: float) -> None:
-        """Simulate all lanes at once until a time of the clock, in s, a failure or ``cancel``."""
-        threads = [
-            threading.Thread(target=lane.advance, args=(until,), name="lane", daemon=True)
-            for lane in self.lanes
-        ]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        """Simulate all lanes until a time of the clock, in s, a failure or ``cancel``."""
+        for lane in self.lanes:
+            lane.advance(until)
 
     def start(self, lane: int) -> LaneStart | None:
         """Return where a lane's trial begins, None as long as its robot settles."""

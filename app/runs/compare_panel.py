@@ -48,7 +48,7 @@ class ComparePanel:
         with panel.add_tab("Compare", viser.Icon.CHART_BAR):
             gui.add_html(
                 '<div style="font-size:12.5px;line-height:1.5;opacity:.85;padding:6px 10px 0">Runs side by'
-                " side: what each algorithm reaches, whether the difference could be luck, the trends, all"
+                " side: what each group reaches, whether the difference could be luck, the trends, all"
                 " maps, and the published figures beside ours.</div>"
             )
             self._list = gui.add_html("")
@@ -105,11 +105,11 @@ class ComparePanel:
         self._in_background(lambda: self._compare(paths, at))()
 
     def _in_background(self, action: Callable[[], None]) -> Callable[[], None]:
-        """Return an action that runs in a separate thread, unless another does already."""
+        """Return an action that is done beside all else, unless another is already."""
 
         def work() -> None:
             try:
-                self._actions.guarded(action, alone=False)()
+                action()
             finally:
                 self._tell("")
                 self._start.disabled = False
@@ -118,7 +118,7 @@ class ComparePanel:
         def start() -> None:
             if self._busy.acquire(blocking=False):
                 self._start.disabled = True
-                threading.Thread(target=work, name="comparison", daemon=True).start()
+                self._actions.slow(work)()
 
         return start
 

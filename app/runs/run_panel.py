@@ -14,7 +14,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
-from app.gui.widgets import ignoring_event, put, put_html
+from app.gui.widgets import put, put_html
 from app.runs import launcher
 from app.runs.run_form import RunForm
 from app.state import ShownRun
@@ -94,11 +94,11 @@ class RunPanel:
         self._form = RunForm(
             gui,
             gui.add_folder("New run", expand_by_default=False),
-            actions.guarded(self.start_run, alone=False),
+            actions.slow(self.start_run),
         )
-        self._pause.on_click(ignoring_event(actions.guarded(self.pause_run, alone=False)))
-        self._stop.on_click(ignoring_event(actions.guarded(self.stop_run, alone=False)))
-        self._resume.on_click(ignoring_event(actions.guarded(self.resume_run, alone=False)))
+        self._pause.on_click(actions.slow(self.pause_run))
+        self._stop.on_click(actions.slow(self.stop_run))
+        self._resume.on_click(actions.slow(self.resume_run))
 
     def show_run(
         self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool

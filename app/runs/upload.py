@@ -47,14 +47,14 @@ class Uploads:
         actions: Actions,
         show: Callable[[Path], None],
     ) -> None:
-        def take(_event: viser.GuiEvent) -> None:
+        def take() -> None:
             name, content = gate.taken(button)
             path = keep(name, content, UPLOADS)
             with actions.mutex:
                 show(path)
             actions.notify("Uploaded", f"{path.name} is in {UPLOADS} and among the runs now.")
 
-        button.on_upload(actions.guarded(take, alone=False))
+        button.on_upload(actions.slow(take))
         gate.open(button, MAX_BYTES, lambda reason: actions.notify("Not uploaded", f"{reason}."))
 
 

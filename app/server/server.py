@@ -13,13 +13,14 @@ import time
 import urllib.parse
 import warnings
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol
 
 import viser
 
 from app.gui.access import TOKEN_VARIABLE, Access, access_to, is_loopback
+from app.gui.lanes import Lanes, Service
 from app.gui.viser_private import Gate, start_server
 from app.runs.library import Library
 from app.session.dump_session import DumpSession
@@ -32,6 +33,8 @@ from viz import theme
 
 EVERY_ADDRESS = ("0.0.0.0", "::", "")
 """Hosts that stand for all addresses of the machine."""
+CLOSING_TIME = 5.0
+"""Seconds that the end of a server waits for what its browsers do."""
 
 
 class ServerError(TensAtlasError):
@@ -105,7 +108,7 @@ def replay_dump(path: Path, listening: Listening) -> None:
     dump = read_dump(path)
     access = listening.access
     with serve_sessions(
-        lambda client, _gate: DumpSession(client, dump),
+        lambda client, _gate, lanes: DumpSession(client, dump, lanes.simulating),
         host=listening.host,
         port=listening.port,
         access=access,
@@ -173,7 +176,7 @@ def serve(
     library = Library(places)
     try:
         with serve_sessions(
-            lambda client, gate: Session(client, library, gate=gate, read_only=read_only),
+            lambda client, gate, lanes: Session(client, library, gate, lanes, read_only=read_only),
             host=host,
             port=port,
             access=access,
@@ -186,23 +189,86 @@ def serve(
 class Closable(Protocol):
     """What one browser sees."""
 
+    def cancel(self) -> None:
+        """Give up all that is going on, without waiting for anything."""
+        ...
+
     def close(self) -> None:
         """End its threads."""
         ...
 
 
+Start = Callable[[viser.ClientHandle, Gate, Lanes], Closable]
+"""Returns the session of a browser, with a gate that checks what it sends and lanes for what it sets off."""
+
+
+class Browsers:
+    """The sessions of all browsers. Its methods are quick, and any thread may call them.
+
+    Args:
+        start: returns the session of a browser.
+    """
+
+    def __init__(self, start: Start) -> None:
+        self._start = start
+        self._service = Service()
+        self._mutex = threading.Lock()
+        self._lanes: dict[int, Lanes] = {}
+        self._sessions: dict[int, Closable] = {}
+
+    def enter(self, client: viser.ClientHandle) -> None:
+        """Give a browser a session, when it is its turn."""
+        number, gate, lanes = client.client_id, Gate(client), self._service.lanes()
+
+        def begin() -> None:
+            session = self._start(client, gate, lanes)
+            with self._mutex:
+                self._sessions[number] = session
+
+        with self._mutex:
+            self._lanes[number] = lanes
+        lanes.quick.put("start", begin)
+
+    def dispatch(self, number: int, kind: Hashable, job: Callable[[], None]) -> None:
+        """Have something done for a browser when it is its turn; nothing for one that has gone."""
+        with self._mutex:
+            lanes = self._lanes.get(number)
+        if lanes is not None:
+            lanes.quick.put(kind, job)
+
+    def leave(self, number: int) -> None:
+        """End the session of a browser: what it does at this moment is given up, the rest is forgotten."""
+
+        def end() -> None:
+            with self._mutex:
+                session = self._sessions.pop(number, None)
+            if session is not None:
+                session.close()
+
+        with self._mutex:
+            lanes, session = self._lanes.pop(number, None), self._sessions.get(number)
+        if lanes is not None:
+            lanes.close(end)
+        if session is not None:
+            session.cancel()
+
+    def close(self) -> None:
+        """End all sessions and wait for them a little."""
+        with self._mutex:
+            numbers = list(self._lanes)
+        for number in numbers:
+            self.leave(number)
+        self._service.close(CLOSING_TIME)
+
+
 @contextlib.contextmanager
 def serve_sessions(
-    start: Callable[[viser.ClientHandle, Gate], Closable],
-    *,
-    host: str,
-    port: int,
-    access: Access | None = None,
+    start: Start, *, host: str, port: int, access: Access | None = None
 ) -> Iterator[viser.ViserServer]:
     """Run a server within a ``with`` block, with a separate session for every browser.
 
     Args:
-        start: returns the session of a browser, which has a gate that checks what it sends.
+        start: returns the session of a browser.
         host: address to listen on.
         port: port to listen on.
         access: who may use it; None for this machine.
@@ -213,34 +279,25 @@ def serve_sessions(
     check_address(host, port)
     # a browser may go while a frame is on its way to it
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-    server = start_server(host, port, access or Access())
+    browsers = Browsers(start)
+    server = start_server(host, port, access or Access(), browsers.dispatch)
     server.gui.configure_theme(
         dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
     )
-    sessions: dict[int, Closable] = {}
-    mutex = threading.Lock()
 
+    # on the server's own thread, which waits for no browser
     @server.on_client_connect
-    def _(client: viser.ClientHandle) -> None:
-        session = start(client, Gate(client))
-        with mutex:
-            sessions[client.client_id] = session
-        if client.client_id not in server.get_clients():  # it has gone in the meantime
-            leave(client)
+    async def _(client: viser.ClientHandle) -> None:
+        browsers.enter(client)
 
     @server.on_client_disconnect
-    def leave(client: viser.ClientHandle) -> None:
-        with mutex:
-            session = sessions.pop(client.client_id, None)
-        if session is not None:
-            session.close()
+    async def _(client: viser.ClientHandle) -> None:
+        browsers.leave(client.client_id)
 
     try:
         yield server
     finally:
-        with mutex:
-            for session in sessions.values():
-                session.close()
+        browsers.close()
         server.stop()
 
 

@@ -11,6 +11,7 @@ import viser
 
 from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
+from app.gui.lanes import Lane
 from app.gui.widgets import ignoring_event
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.maps import archives_panel
@@ -45,6 +46,7 @@ class ChosenRobot:
         library: the runs.
         board: the maps, on which the robot is marked.
         actions: of the browser.
+        simulating: lane of the browser for its replays.
         moved: called when the browser shows something else than its address says.
         read_only: whether the browser is a visitor's, whose simulations are limited.
     """
@@ -58,6 +60,7 @@ class ChosenRobot:
         board: MapBoard,
         actions: Actions,
         *,
+        simulating: Lane,
         moved: Callable[[], None],
         read_only: bool,
     ) -> None:
@@ -68,7 +71,7 @@ class ChosenRobot:
         self._picker = GroundPicker(client.scene, actions)
         camera = SceneCamera(client)
         scene = Scene(client, camera)
-        self.player = Player(self._may_simulate)
+        self.player = Player(self._may_simulate, simulating)
         """Plays it."""
         self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
         self.downloads = Downloads(
@@ -95,10 +98,15 @@ class ChosenRobot:
         self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))
         self._panel.pin.on_click(ignoring_event(guarded(self._source.pins.pin_or_unpin)))
 
-    def close(self) -> None:
-        """End the threads of a browser that has gone."""
+    def cancel(self) -> None:
+        """Give up what is simulated, played and made for a browser that has gone."""
         self._panel.maker.cancel()
         self._source.close()
+        self.player.cancel()
+
+    def close(self) -> None:
+        """End the threads of a browser that has gone."""
+        self.cancel()
         self.player.close()
 
     def begin(self, reader: RunReader) -> None:

@@ -117,31 +117,31 @@ def viewing_commands(
 
 def steering_commands(run: RunPanel, actions: Actions) -> list[PaletteCommand]:
     """Return what visitors may not do."""
-    guarded, icon = actions.guarded, viser.Icon
+    icon = viser.Icon
     return [
         PaletteCommand(
             "Start the new run",
             "As its form on the right says",
             icon.ROCKET,
-            guarded(run.start_run, alone=False),
+            actions.slow(run.start_run),
         ),
         PaletteCommand(
             "Pause this run",
             "Its process saves and ends; Resume goes on exactly there",
             icon.PLAYER_PAUSE,
-            guarded(run.pause_run, alone=False),
+            actions.slow(run.pause_run),
         ),
         PaletteCommand(
             "Resume this run",
             "As if it had never stopped",
             icon.PLAYER_TRACK_NEXT,
-            guarded(run.resume_run, alone=False),
+            actions.slow(run.resume_run),
         ),
         PaletteCommand(
             "Stop this run",
             "Its process saves and ends",
             icon.PLAYER_STOP,
-            guarded(run.stop_run, alone=False),
+            actions.slow(run.stop_run),
         ),
     ]
 

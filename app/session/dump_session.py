@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import viser
 
+from app.gui.lanes import Lane
 from app.replay.player import Player
 from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
@@ -26,15 +27,16 @@ class DumpSession:
     Args:
         client: the browser.
         dump: what to show.
+        simulating: lane of the browser for its replay.
     """
 
-    def __init__(self, client: viser.ClientHandle, dump: Dump) -> None:
+    def __init__(self, client: viser.ClientHandle, dump: Dump, simulating: Lane) -> None:
         gui, camera = client.gui, SceneCamera(client)
         dock(gui)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
         scene = Scene(client, camera)
-        self._player = Player()
+        self._player = Player(lane=simulating)
         self._player.show_with(scene.show)
         transport = TransportPanel(
             client, self._player, scene, TransportEvents(), taken=WIDTH, step=SLIDER_STEP
@@ -42,6 +44,10 @@ class DumpSession:
         transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))
         spare_software_rendering(client)
+
+    def cancel(self) -> None:
+        """Give up what is played for a browser that has gone."""
+        self._player.cancel()
 
     def close(self) -> None:
         """End the threads of a browser that has gone."""

@@ -73,7 +73,10 @@ class Navigation:
             traveller: the session, ready to go there.
             robot: where a robot is chosen.
         """
-        arrive = self._actions.guarded(functools.partial(self._arrive, traveller, robot))
+
+        def arrive(address: Address) -> None:
+            self._actions.put("arrive", functools.partial(self._arrive, traveller, robot, address))
+
         # a program that is no browser never says what it wants to see
         self._impatience = threading.Timer(PATIENCE, arrive, [Address()])
         self._impatience.daemon = True

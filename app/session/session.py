@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
+from typing import Final
 
 import viser
 
 from app.gui.actions import Actions
+from app.gui.lanes import Lanes
 from app.gui.viser_private import Gate
 from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
 from app.maps.generation_player import GenerationPlayer
@@ -25,6 +28,9 @@ from engine.errors import InvalidData, TensAtlasError
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader, changed_versions
 
+GIVING_UP: Final = 0.5
+"""Seconds between two looks whether growth is still wanted, while its next step waits for its turn."""
+
 
 class Session:
     """Builds the panels of a client and connects them.
@@ -33,17 +39,24 @@ class Session:
         client: the browser.
         library: the runs on offer.
         gate: that checks what the browser sends.
+        lanes: of the browser.
         read_only: whether the browser is a visitor's, who may look only.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, library: Library, *, gate: Gate, read_only: bool = False
+        self,
+        client: viser.ClientHandle,
+        library: Library,
+        gate: Gate,
+        lanes: Lanes,
+        *,
+        read_only: bool = False,
     ) -> None:
         self._library = library
         self._run, self._wanted_generation = ShownRun(), 0
         choice = Choice()
-        self._actions = actions = Actions(client)
-        self._mutex, guarded = actions.mutex, actions.guarded
+        self._actions = actions = Actions(client, lanes)
+        guarded = actions.guarded
         self._archives = ArchivesPanel(client, library.facts)
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
@@ -59,6 +72,7 @@ class Session:
             library,
             self._board,
             actions,
+            simulating=lanes.simulating,
             moved=self._navigation.update,
             read_only=read_only,
         )
@@ -102,14 +116,20 @@ class Session:
         if self._run.last is not None:
             self.show_generation(self._run.last.number)
 
+    def cancel(self) -> None:
+        """Give up all that a browser has set off which has gone; nothing more begins."""
+        self._actions.closed = True
+        self._navigation.close()
+        self._library.unwatch(self)
+        self._growth.stop()
+        self._robot.cancel()
+
     def close(self) -> None:
         """End the threads of a browser that has gone."""
-        with self._mutex:
-            self._actions.closed = True
-            self._navigation.close()
-            self._library.unwatch(self)
-            self._growth.stop()
-            self._robot.close()
+        self._actions.closed = True
+        with self._actions.mutex:  # what was going on may have begun something new
+            self.cancel()
+        self._robot.close()
 
     def open_run(self, path: Path) -> None:
         """Show another run.
@@ -192,6 +212,8 @@ class Session:
         self._actions.guarded(show)()
 
     def _run_moved(self, path: Path, status: RunStatus) -> None:
+        """Show that a run has advanced; on the library's thread, which waits for no browser."""
+
         def update() -> None:
             if path != self._run.path:
                 return
@@ -202,7 +224,7 @@ class Session:
             self._offer(path)
             self._update(reader, status)
 
-        self._actions.guarded(update)()
+        self._actions.put("run moved", update)
 
     def _update(self, reader: RunReader, status: RunStatus) -> None:
         """Bring everything up to date with a run file."""
@@ -234,15 +256,21 @@ class Session:
 
     def _grow(self, number: int) -> bool:
         """Show the next generation while growth is playing; return whether it was shown."""
-        shown = False
+        shown, done = False, threading.Event()
 
         def show() -> None:
             nonlocal shown
-            if self._growth.playing:
-                self.show_generation(number)
-                shown = True
+            try:
+                if self._growth.playing:
+                    self.show_generation(number)
+                    shown = True
+            finally:
+                done.set()
 
-        self._actions.guarded(show)()
+        self._actions.put("growth", show)
+        while not done.wait(GIVING_UP):
+            if self._actions.closed or not self._growth.playing:
+                return False
         return shown
 
     def _reader(self) -> RunReader:

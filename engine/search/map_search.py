@@ -12,12 +12,15 @@ from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell
+from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.search.trajectory_archive import TrajectoryArchive
-from engine.search.variation import Variation
+from engine.search.variation import PUBLISHED, Variation, VariationConfig
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
 MAX_CELL_CAPACITY: Final = 1000
+MAX_CELLS: Final = 50
+"""Most cells along an axis of the controller map."""
 PAPER_REFITS: Final = (0, 50, 150, 350, 750, 1550)
 
 
@@ -26,8 +29,7 @@ class MapSearchConfig:
     """Parameters of DM-ME and MAP-Elites; ViE-NEAT ignores them.
 
     Raises:
-        InvalidData: a cell's capacity is less than 1, or so large that a run file's state would grow out of
-            hand.
+        InvalidData: a cell's capacity or a map's number of cells is out of its range.
     """
 
     initial: int = 1080
@@ -38,10 +40,18 @@ class MapSearchConfig:
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
     """What describes a controller: the head's positions at 1 Hz, or its displacements between them."""
+    controller_cells: tuple[int, int] = CONTROLLER_SHAPE
+    """Cells of the controller map along its first and its second principal component."""
     cell_capacity: int = 1
     """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
 
     def __post_init__(self) -> None:
+        cells = self.controller_cells
+        if len(cells) != 2 or not all(1 <= n <= MAX_CELLS for n in cells):
+            raise InvalidData(
+                f"controller_cells must be two numbers from 1 to {MAX_CELLS},"
+                f" not {', '.join(map(str, cells))}"
+            )
         if not 1 <= self.cell_capacity <= MAX_CELL_CAPACITY:
             raise InvalidData(
                 f"cell_capacity must be from 1 to {MAX_CELL_CAPACITY}, not {self.cell_capacity}"
@@ -87,6 +97,7 @@ class MapSearch(Algorithm):
         stiffness: whether a body's modules share one stiffness.
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
+        variation: how new solutions come about.
 
     Raises:
         InvalidData: the numbers contradict each other.
@@ -103,13 +114,14 @@ class MapSearch(Algorithm):
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
         overlap: int = 0,
+        variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_schedule(budget)
         check_overlap(overlap)
         self._config = config
         self._stiffness: StiffnessMode = stiffness
         self._budget = budget
-        self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed)
+        self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed, config=variation)
         self._generation = 0
         self._overlap = overlap
         self._asked: deque[list[Solution]] = deque()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -17,7 +18,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
+from engine.body.kinematics import points_on, quaternion_product
 from engine.body.morphology import Morphology
+from engine.exact import length
 from engine.simulation.physics import Physics
 from engine.tasks.walls import Wall, add_walls
 
@@ -65,21 +68,24 @@ def module_placements(morphology: Morphology) -> list[tuple[Rotation, np.ndarray
     one turn of 45 degrees about z. The turn decides on which side a robot falls; of all turns about the
     chain's axis this one leaves the modules of the reference robots at the published heights.
     """
-    return _placements(morphology.faces)
+    places = _places(morphology.faces)
+    return [(Rotation.from_quat(place[3:], scalar_first=True), place[:3]) for place in places]
 
 
-def _placements(faces: Sequence[int]) -> list[tuple[Rotation, np.ndarray]]:
-    up = np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
-    level = Rotation.from_matrix(np.stack([t.CHAIN_AXIS, np.cross(up, t.CHAIN_AXIS), up]))
-    half_turn = Rotation.from_rotvec(np.pi * t.CHAIN_AXIS)
-    placements = []
+def _places(faces: Sequence[int]) -> np.ndarray:
+    """Return per module its centre in metres as built and its turn as a quaternion, (modules, 7)."""
+    # the axis becomes x, (-1, 1, 0) becomes up
+    ahead, left, up = t.CHAIN_AXIS[0], 1.0 / math.sqrt(6.0), 1.0 / math.sqrt(2.0)
+    w = math.sqrt(1.0 + ahead + left) / 2.0
+    level = (w, (up + 2.0 * left) / (4.0 * w), (ahead + up) / (4.0 * w), (left - ahead) / (4.0 * w))
+    half_turn = (0.0, *t.CHAIN_AXIS)
+    places = []
     for i, face in enumerate(faces):
         turn = t.FACE_TURN[face]
         if i % 2:
-            turn = half_turn * turn
-        centre = np.array([t.MODULE_SPACING * i, 0.0, DROP_HEIGHT])
-        placements.append((level * turn, centre))
-    return placements
+            turn = quaternion_product(turn, half_turn)
+        places.append((t.MODULE_SPACING * i, 0.0, DROP_HEIGHT, *quaternion_product(turn, level)))
+    return np.array(places)
 
 
 def build_spec(morphology: Morphology, *, physics: Physics, gravity: bool = True) -> mujoco.MjSpec:
@@ -115,8 +121,8 @@ def chain_spec(
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
     rods = _Rods(spec)
-    for i, (turn, centre) in enumerate(_placements(faces)):
-        _add_module(rods, i, turn, centre, levels[i] / t.N_STIFFNESS_LEVELS, physics)
+    for i, place in enumerate(_places(faces)):
+        _add_module(rods, i, place, levels[i] / t.N_STIFFNESS_LEVELS, physics)
     for i in range(len(faces) - 1):
         _add_joint(rods, i, faces)
     return spec
@@ -130,11 +136,9 @@ class _Rods:
         self._bodies: dict[tuple[int, int], mujoco.MjsBody] = {}
         self._n_sites = 0
 
-    def add(self, module: int, rod: int, middle: np.ndarray, turn: Rotation) -> mujoco.MjsBody:
-        """Add a rod's body, its middle (3,) in metres in the world, with the module's turn."""
-        body = self.spec.worldbody.add_body(
-            name=f"m{module}_rod{rod}", pos=middle, quat=turn.as_quat(scalar_first=True)
-        )
+    def add(self, module: int, rod: int, middle: np.ndarray, turn: np.ndarray) -> mujoco.MjsBody:
+        """Add a rod's body, its middle (3,) in metres in the world, with the module's turn (4,)."""
+        body = self.spec.worldbody.add_body(name=f"m{module}_rod{rod}", pos=middle, quat=turn)
         self._bodies[module, rod] = body
         return body
 
@@ -200,16 +204,17 @@ def _add_ground(spec: mujoco.MjSpec) -> None:
 def _add_module(
     rods: _Rods,
     i: int,
-    turn: Rotation,
-    centre: np.ndarray,
+    place: np.ndarray,
     stiffness: float,
     physics: Physics,
 ) -> None:
+    """Add a module whose centre in metres and turn as a quaternion are ``place``, (7,)."""
+    middles = points_on(place[None], np.zeros(len(t.RODS), int), t.ROD_MIDDLES)
     for r, (a, b) in enumerate(t.RODS):
-        body = rods.add(i, r, centre + turn.apply(t.ROD_MIDDLES[r]), turn)
+        body = rods.add(i, r, middles[r], place[3:])
         body.add_freejoint()
         half = (t.NODES[b] - t.NODES[a]) / 2
-        core = half * (1.0 - t.ROD_END_CUT / np.linalg.norm(half))
+        core = half * (1.0 - t.ROD_END_CUT / length(half))
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
             fromto=np.concatenate([-core, core]),
@@ -228,7 +233,7 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     """
     mass = t.SERVO_ROD_MASS if rod == t.SERVO_ROD else t.ROD_MASS
     mass *= physics.inertia_scale
-    transverse = mass * t.ROD_LENGTH**2 / 12
+    transverse = mass * t.ROD_LENGTH * t.ROD_LENGTH / 12
     axis = int(np.argmax(np.abs(half)))
     inertia = np.full(3, transverse)
     inertia[axis] = 0.3 * transverse

@@ -11,11 +11,11 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import InvalidData
+from engine.simulation.batch import Span, SpanObserver
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
-    BatchObserver,
     ClosedLoop,
     Head,
     RollOut,
@@ -147,7 +147,7 @@ def start_trials(
     times: TrialConfig,
     heads: Sequence[Head] | None = None,
     n_threads: int = 1,
-    observer: BatchObserver | None = None,
+    observer: SpanObserver | None = None,
 ) -> StartedTrials:
     """Let robots of one size settle, find their heads, and place targets and walls.
 
@@ -164,7 +164,7 @@ def start_trials(
         times: how long settling and head search last.
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
-        observer: sees the robots settle.
+        observer: sees the robots settle; the kernel shows it one robot after the other.
     """
     robots = build_robots(morphologies, physics)
     offsets = np.array([trial.offset for trial in trials])
@@ -197,7 +197,11 @@ def start_trials(
             lost,
         )
     settled = settle(
-        robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
+        robots,
+        physics=physics,
+        n_threads=n_threads,
+        duration=times.settle_time,
+        observer=None if observer is None else lambda sim: observer(Span.of(sim)),
     )
     lost = [None] * len(robots)
     if heads is None:

@@ -44,6 +44,8 @@ class RunReader:
         self._mutex = threading.Lock()
         self._changes: dict[str, list[tuple[int, Cell, int | None]]] = {}
         self._changes_until = -1
+        self._bodies: list[tuple[int, Morphology]] = []
+        self._bodies_until = -1
         try:
             with self.guard():
                 meta = self._tables.meta()
@@ -215,9 +217,21 @@ class RunReader:
 
     def bodies(self, generation: int) -> dict[Morphology, int]:
         """Return how many evaluations up to a generation had each body; failed ones are left out."""
-        with self.guard():
-            records = self._tables.records("generation <= ? AND fitness IS NOT NULL", (generation,))
-            return dict(Counter(r.morphology for r in records))
+        with self._mutex, self.guard():
+            last = self._tables.last_generation()
+            new = []
+            if generation > self._bodies_until:
+                new = self._tables.records(
+                    "generation > ? AND generation <= ? AND fitness IS NOT NULL",
+                    (self._bodies_until, generation),
+                )
+            if last is not None:
+                # those of closed generations stay what they are
+                self._bodies += [(r.generation, r.morphology) for r in new if r.generation <= last]
+                self._bodies_until = max(self._bodies_until, min(generation, last))
+            found = Counter(body for g, body in self._bodies if g <= generation)
+            found.update(r.morphology for r in new if r.generation > self._bodies_until)
+            return dict(found)
 
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""

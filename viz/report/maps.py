@@ -11,8 +11,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from engine.analysis.comparison import TaskComparison
+from engine.analysis.comparison.run_result import RunResult
 from engine.analysis.elite_maps import CONTROLLER, MORPHOLOGY, EliteMap
-from engine.analysis.run_result import RunResult
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz import theme
@@ -23,7 +23,7 @@ from viz.report.style import ReportLook, dress
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
 MOST_RUNS: Final = 10
-"""Runs of one algorithm that are drawn; the paper has ten."""
+"""Runs of one group that are drawn; the paper has ten."""
 _MAP_WIDTHS: Final = {1: 270, 2: 270, 3: 262, 4: 196, 5: 151}
 """Width of a map in px by how many lie beside each other."""
 _LEFT: Final = 92
@@ -52,9 +52,9 @@ def task_scale(task: TaskComparison) -> Scale:
 
 
 def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: ReportLook) -> go.Figure:
-    """Return the morphology maps, then the controller maps, a row of runs for each algorithm.
+    """Return the morphology maps, then the controller maps, a row of runs for each group.
 
-    With a single run of each algorithm the algorithms lie beside each other instead.
+    With a single run of each group the groups lie beside each other instead.
 
     Args:
         task: whose runs.

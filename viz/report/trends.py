@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from engine.analysis import published
-from engine.analysis.comparison import Group, TaskComparison
+from engine.analysis.comparison import Group, TaskComparison, published
+from engine.analysis.elite_maps import MORPHOLOGY
+from engine.analysis.profile import aperture, counts_above
+from engine.tasks import get_task
 from viz.report.style import WIDTH, ReportLook, colors, dress, translucent
 
 HEIGHT: Final = 400
@@ -17,9 +21,12 @@ AXIS_TITLES: Final = {
     "best": "best f<sub>s</sub> (cm)",
     "qd_score": "QD score (cm)",
     "coverage": "coverage (%)",
+    "above": "cells above {threshold:.2f} cm",
 }
 MOST_SINGLE_LINES: Final = 12
-"""Runs of one algorithm up to which each is also drawn on its own."""
+"""Runs of one group up to which each is also drawn on its own."""
+_CURVE_POINTS: Final = 200
+"""Limits at which the curve of cells above a limit is drawn."""
 
 
 def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: ReportLook) -> go.Figure:
@@ -35,15 +42,86 @@ def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: ReportLo
     for column, measure in enumerate(measures, start=1):
         for group in task.groups:
             _add_group(figure, group, measure, palette[group.name], column)
-        figure.update_yaxes(title_text=AXIS_TITLES[measure], col=column)
+        figure.update_yaxes(title_text=_axis_title(measure, task), col=column)
+        gate = aperture(get_task(task.task))
+        if measure == "best" and gate is not None:
+            figure.add_hline(
+                y=100.0 * gate,
+                line={"color": look.reference, "dash": "dash", "width": 1.4},
+                annotation={
+                    "text": f"the aperture, {100.0 * gate:.2f} cm",
+                    "font": {"size": 12, "color": look.muted},
+                },
+                annotation_position="top left",
+                row=1,
+                col=column,
+            )
     figure.update_xaxes(title_text="evaluations", rangemode="tozero", showgrid=False, tickformat="~s")
+    return _dressed(figure, look, hovermode="x unified")
+
+
+def profile_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
+    """Return how many cells are above the threshold over the evaluations, and how many above any limit.
+
+    The second is of the ends of the runs, their mean; dotted, by the elites' means under fresh noise.
+
+    Args:
+        task: whose runs.
+        look: the colours.
+    """
+    figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.09)
+    palette = colors([g.name for g in task.groups])
+    values: dict[Path, Sequence[float]] = {
+        r.path: list(r.maps[MORPHOLOGY].values(r.initial_distance).values()) for r in task.runs
+    }
+    fresh: dict[Path, Sequence[float]] = {r.path: r.robust.means for r in task.runs if r.robust is not None}
+    every = [100.0 * v for found in (*values.values(), *fresh.values()) for v in found] or [0.0]
+    limits = np.linspace(min(0.0, float(np.quantile(every, 0.02))), 1.02 * max(every), _CURVE_POINTS)
+    for group in task.groups:
+        _add_group(figure, group, "above", palette[group.name], 1)
+        curves = {
+            dash: [known[r.path] for r in group.runs if r.path in known]
+            for dash, known in (("solid", values), ("dot", fresh))
+        }
+        for dash, maps in curves.items():
+            if not maps:
+                continue
+            counts = [counts_above(found, limits / 100.0) for found in maps]
+            figure.add_scatter(
+                x=limits,
+                y=np.mean(counts, axis=0),
+                mode="lines",
+                line={"color": palette[group.name], "width": 2.2, "dash": dash},
+                legendgroup=group.name,
+                showlegend=False,
+                hovertemplate="%{y:.1f} cells above %{x:.1f} cm"
+                f"{', fresh noise' if dash == 'dot' else ''}<extra>{group.name}</extra>",
+                row=1,
+                col=2,
+            )
+    figure.add_vline(
+        x=100.0 * task.threshold, line={"color": look.reference, "dash": "dash", "width": 1.4}, row=1, col=2
+    )
+    figure.update_yaxes(title_text=_axis_title("above", task), rangemode="tozero", col=1)
+    figure.update_yaxes(title_text="cells above it", rangemode="tozero", col=2)
+    figure.update_xaxes(showgrid=False)
+    figure.update_xaxes(title_text="evaluations", rangemode="tozero", tickformat="~s", col=1)
+    figure.update_xaxes(title_text="f<sub>s</sub> (cm)", col=2)
+    return _dressed(figure, look)
+
+
+def _axis_title(measure: str, task: TaskComparison) -> str:
+    return AXIS_TITLES[measure].format(threshold=100.0 * task.threshold)
+
+
+def _dressed(figure: go.Figure, look: ReportLook, **layout: str) -> go.Figure:
     return dress(
         figure,
         look,
         width=WIDTH,
         height=HEIGHT,
         legend={"orientation": "h", "x": 0, "y": 1.03, "yanchor": "bottom", "font": {"size": 13}},
-        hovermode="x unified",
+        **layout,
     )
 
 
@@ -66,10 +144,10 @@ def _add_group(figure: go.Figure, group: Group, measure: str, color: str, column
         )
         if n <= MOST_SINGLE_LINES:
             for run in group.runs:
-                points = [p for p in run.points if getattr(p, measure) is not None]
+                points = [p for p in run.points if p.measure(measure) is not None]
                 figure.add_scatter(
                     x=[p.n_evaluations for p in points],
-                    y=[100.0 * getattr(p, measure) for p in points],
+                    y=[p.measure(measure) for p in points],
                     mode="lines",
                     line={"color": translucent(color, 0.35), "width": 1, "shape": "hv"},
                     **common,
@@ -92,7 +170,7 @@ def _add_group(figure: go.Figure, group: Group, measure: str, color: str, column
 
 
 def ends_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
-    """Return where each run ended, with the mean of each algorithm and the paper's mean ± s.d. beside it."""
+    """Return where each run ended, with the mean of each group and the paper's mean ± s.d. beside it."""
     measures = ("best", "qd_score")
     figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.09)
     palette = colors([g.name for g in task.groups])

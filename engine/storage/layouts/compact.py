@@ -67,11 +67,11 @@ class CompactTables:
 
     def closed(self, after: int) -> list[Closed]:
         """Return the closed generations with a greater number."""
-        return [closed for closed, _ in self._generations(after)]
+        return [closed_of(row) for row in self._generations(after)]
 
     def changes(self, after: int) -> list[Change]:
         """Return all changes of maps after a generation."""
-        placed = {closed.generation: placed for closed, placed in self._generations(after)}
+        placed = {row[0]: row[6] for row in self._generations(after)}
         found: dict[int, list[Change]] = {g: [] for g in placed}
         rows = self._query(
             "SELECT generation, archive, cell, evaluation FROM placements WHERE generation > ?"
@@ -175,8 +175,8 @@ class CompactTables:
             raise InvalidData("the table totals differs from what was written")
         return _Totals(*tuple(rows[0])[1:-1])
 
-    def _generations(self, after: int) -> list[tuple[Closed, bytes]]:
-        """Return the closed generations with a greater number, and the digests of their changes."""
+    def _generations(self, after: int) -> list[tuple[Any, ...]]:
+        """Return the rows of the closed generations with a greater number, in order."""
         last = self._totals().last_generation
         if last is None or last <= after:
             return []
@@ -188,13 +188,11 @@ class CompactTables:
             raise InvalidData(f"generation {last} is missing")
         # each digest is also of the one before, so that none can be missing between two
         before = self._digest_before(rows[0]["generation"])
-        found = []
-        for r in rows:
-            values = tuple(r)
+        found = [tuple(r) for r in rows]
+        for values in found:
             if values[-1] != digest((*values[:-1], before), "generations"):
                 raise InvalidData(f"generation {values[0]} differs from what was written")
             before = values[-1]
-            found.append((closed_of(values), values[6]))
         return found
 
     def _digest_before(self, generation: int) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import zlib
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any, Final, Self
 
 import numpy as np
@@ -130,8 +131,8 @@ def decode(content: bytes, base: Genes = EMPTY) -> Genes:
     enabled = _enabled_before(base, kept_links, n_links) ^ inner.bits(len(links) + n_links)
     values = _before(base, kept_keys, kept_links, n_keys, n_links)
     changed = inner.bits(len(values))
-    keys += _sums(inner, n_keys)
-    columns = [_sums(inner, n_links) for _ in range(3)] if n_links else []
+    keys += accumulate(inner.signed(n_keys))
+    columns = [accumulate(inner.signed(n_links)) for _ in range(3)] if n_links else []
     links += zip(*columns, strict=True)
     n_changed = int(changed.sum())
     planes = np.empty((n_changed, 8), dtype=np.uint8)
@@ -176,11 +177,3 @@ def _enabled_before(base: Genes, links: Any, n_links: int) -> np.ndarray:
 def _differences(column: Sequence[int]) -> bytes:
     """Return whole numbers as the differences from each to the next, the first from 0."""
     return b"".join(varint(zigzag(b - a)) for a, b in zip((0, *column), column, strict=False))
-
-
-def _sums(source: Bytes, n: int) -> list[int]:
-    found, last = [], 0
-    for _ in range(n):
-        last += source.signed()
-        found.append(last)
-    return found

@@ -14,6 +14,10 @@ MAX_VARINT: Final = 10
 """Bytes of the longest number: 70 bits."""
 
 
+_SMALL: Final = [v >> 1 if v % 2 == 0 else -(v + 1 >> 1) for v in range(0x80)]
+"""Numbers by what ``zigzag`` makes of them."""
+
+
 def zigzag(value: int) -> int:
     """Return a whole number as one from 0: 0, -1, 1, -2 ... become 0, 1, 2, 3 ..."""
     return 2 * value if value >= 0 else -2 * value - 1
@@ -85,10 +89,14 @@ class Bytes:
                 return value
         raise InvalidData("a whole number in binary data is too large")
 
-    def signed(self) -> int:
-        """Return the next number that went through ``zigzag``."""
-        value = self.varint()
-        return value >> 1 if value % 2 == 0 else -(value + 1 >> 1)
+    def signed(self, n: int) -> list[int]:
+        """Return the next n numbers that went through ``zigzag``."""
+        found = self._content[self._at : self._at + n]
+        if len(found) == n and not (n and max(found) >= 0x80):  # nearly always, and much faster
+            self._at += n
+            return [_SMALL[byte] for byte in found]
+        values = [self.varint() for _ in range(n)]
+        return [v >> 1 if v % 2 == 0 else -(v + 1 >> 1) for v in values]
 
     def bits(self, n: int) -> np.ndarray:
         """Return the next n bits that ``pack_bits`` wrote, (n,) bool."""

@@ -21,6 +21,10 @@ from engine.simulation.provenance import Origin
 CHUNK: Final = 500
 """Numbers in one query."""
 
+_HEAD: Final = struct.Struct(">cQ").pack
+_FLOAT: Final = struct.Struct(">cQd").pack
+_NULL: Final = _HEAD(b"n", 0)
+
 Query = Callable[..., list[sqlite3.Row]]
 """Runs a statement, given as SQL and a tuple of parameters, and returns its rows."""
 Change = tuple[int, str, str, int | None]
@@ -164,14 +168,14 @@ def digest(row: Iterable[Any], table: str = "") -> bytes:
     for value in row:
         match value:
             case None:
-                kind, content = b"n", b""
-            case bytes():
-                kind, content = b"b", value
+                parts.append(_NULL)
             case float():
-                kind, content = b"f", struct.pack(">d", value)
+                parts.append(_FLOAT(b"f", 8, value))
+            case bytes():
+                parts += (_HEAD(b"b", len(value)), value)
             case _:
-                kind, content = b"t", str(value).encode(errors="surrogateescape")
-        parts += [kind, len(content).to_bytes(8, "big"), content]
+                content = str(value).encode(errors="surrogateescape")
+                parts += (_HEAD(b"t", len(content)), content)
     return hashlib.blake2b(b"".join(parts), digest_size=8, person=table.encode()).digest()
 
 

@@ -25,6 +25,7 @@ from app.downloads.basket import (
 from app.downloads.robot_folder import STEPS
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
+from app.gui.lanes import Service
 from engine.errors import ExportError, InvalidData
 from engine.files import zip_bytes
 from engine.storage.reader import RunReader
@@ -202,8 +203,15 @@ def browser():
     return Browser()
 
 
-def test_a_file_is_made_beside_everything_else_and_only_one_at_a_time(browser):
-    maker, go = FileMaker(browser, Actions(browser)), threading.Event()
+@pytest.fixture
+def actions(browser):
+    service = Service()
+    yield Actions(browser, service.lanes())
+    service.close(20)
+
+
+def test_a_file_is_made_beside_everything_else_and_only_one_at_a_time(browser, actions):
+    maker, go = FileMaker(browser, actions), threading.Event()
 
     def make(progress):
         progress("drawing", 1, 2)
@@ -229,8 +237,8 @@ def test_a_file_is_made_beside_everything_else_and_only_one_at_a_time(browser):
     assert browser.downloads == [("b.txt", b"2")]
 
 
-def test_what_is_cancelled_or_fails_sends_nothing_and_says_so(browser):
-    maker, begun = FileMaker(browser, Actions(browser)), threading.Event()
+def test_what_is_cancelled_or_fails_sends_nothing_and_says_so(browser, actions):
+    maker, begun = FileMaker(browser, actions), threading.Event()
 
     def endless(progress):
         while True:

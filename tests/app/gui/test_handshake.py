@@ -16,6 +16,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from app.gui.access import Access
+from app.gui.lanes import Lanes
 from app.gui.viser_private import Gate
 from app.server.server import serve_sessions
 from benchmarks.synthetic_browser import CAMERA
@@ -28,8 +29,11 @@ PROTOCOL = f"viser-v{viser.__version__}"
 class Session:
     """Says hello."""
 
-    def __init__(self, client: viser.ClientHandle, _gate: Gate) -> None:
+    def __init__(self, client: viser.ClientHandle, _gate: Gate, _lanes: Lanes) -> None:
         client.gui.add_markdown(f"hello {client.client_id}")
+
+    def cancel(self) -> None:
+        """Nothing to give up."""
 
     def close(self) -> None:
         """Nothing to end."""

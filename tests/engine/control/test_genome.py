@@ -2,11 +2,12 @@ import json
 import math
 import random
 
+import neat
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import Controller, Neat, from_genome, logistic, to_genome
+from engine.control.genome import Controller, Neat, from_genome, lend_random, logistic, to_genome
 from engine.errors import InvalidData
 from tests.support.made_up import controllers, evolved_controller, examples
 
@@ -218,6 +219,27 @@ def test_pythons_global_random_state_is_untouched(outside, seed):
 def test_the_callers_generator_moves_on():
     neat, rng = Neat(n_inputs=2), random.Random(0)
     assert neat.random(rng) != neat.random(rng)
+
+
+def test_gaussian_draws_are_pythons_to_rounding():
+    """Each pair of uniform numbers gives two draws, whatever is drawn between them."""
+    rng, expected = random.Random(7), random.Random(7)
+    found, ours = [], []
+    with lend_random(rng):
+        for _ in range(1001):
+            found += [neat.attributes.gauss(1.0, 2.0), random.random()]
+    for _ in range(1001):
+        ours += [expected.gauss(1.0, 2.0), expected.random()]
+    assert found == pytest.approx(ours, rel=1e-14, abs=1e-14)
+    assert rng.getstate()[:2] == expected.getstate()[:2]
+
+
+def test_no_library_rounds_the_weights_of_a_network(monkeypatch):
+    for name in ("_log", "_sin", "_cos"):
+        assert hasattr(random, name)
+        monkeypatch.setattr(random, name, None)
+    drawn = Neat(n_inputs=2).random(random.Random(1))
+    assert Neat(n_inputs=2).mutate(drawn, random.Random(2)) != drawn
 
 
 def test_the_global_generator_is_put_back_after_an_error(monkeypatch):

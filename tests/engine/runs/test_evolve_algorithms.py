@@ -14,6 +14,8 @@ from tests.support.run_hash import hash_of
 
 CHANGES = {
     "MAP-Elites": {"algorithm": "map-elites"},
+    "MAP-Elites in 2-D": {"algorithm": "map-elites-2d"},
+    "random search": {"algorithm": "random"},
     "deep grid": {"cell_capacity": 2},
     "DM-ME, per module": {"stiffness": "per-module"},
     "MAP-Elites, per module": {"algorithm": "map-elites", "stiffness": "per-module"},

@@ -189,7 +189,7 @@ def single_module(level):
     """One module, floating."""
     spec = mujoco.MjSpec()
     r._set_options(spec, Physics(), gravity=False)
-    r._add_module(r._Rods(spec), 0, Rotation.identity(), np.zeros(3), level / 10, Physics())
+    r._add_module(r._Rods(spec), 0, np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), level / 10, Physics())
     return spec.compile()
 
 

@@ -16,7 +16,7 @@ from engine.simulation.trials import TrialConfig, noise_seed
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets
 from tests.support.made_up import evolved_controller
 
-PHYSICS = Physics()
+PHYSICS = Physics(simulator="mujoco")
 SHORT = TrialConfig(repeats=2, settle_time=0.2, open_loop_time=0.2, trial_time=1.0)
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(10, (5, 5))]
 SOLUTIONS = [
@@ -99,7 +99,7 @@ def test_noise_depends_on_run_solution_target_and_repeat(evaluations):
 
 
 def test_without_noise_repeats_are_equal_and_seeds_do_not_matter():
-    quiet = Physics(servo_noise=0.0)
+    quiet = Physics(simulator="mujoco", servo_noise=0.0)
     (e,) = evaluate(SOLUTIONS[:1], physics=quiet).values()
     assert (e.distances[:, 0] == e.distances[:, 1]).all()
     (other,) = evaluate(SOLUTIONS[:1], physics=quiet, run_seed=4).values()
@@ -133,7 +133,7 @@ def test_the_trajectory_is_the_mean_of_the_repeats(evaluations):
 
 @pytest.mark.parametrize("n", [2, 4])
 def test_a_diverging_simulation_is_a_failure_not_an_exception(n):
-    physics = Physics(timestep=0.02, control_period=0.02)
+    physics = Physics(simulator="mujoco", timestep=0.02, control_period=0.02)
     solutions = [
         Solution(number=i, morphology=Morphology(10, (1,) * n), controller=evolved_controller(i, 0))
         for i in range(2)

@@ -380,12 +380,19 @@ def test_a_file_of_something_else(tmp_path, content, reason):
     assert path.read_bytes() == content
 
 
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.99])
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.95])
 def test_a_truncated_file(damaged, share):
     content = damaged.read_bytes()
     damaged.write_bytes(content[: int(len(content) * share)])
     with pytest.raises(RunFileError, match=r"damaged\.tsmr is (cut short|not a TensAtlas)"):
         RunReader(damaged)
+
+
+def test_a_file_that_lacks_a_part_of_its_last_page(damaged):
+    content = damaged.read_bytes()
+    damaged.write_bytes(content[:-2000])
+    with pytest.raises(RunFileError, match=r"damaged\.tsmr"):
+        read_everything(damaged)
 
 
 def test_overwritten_pages(damaged):
