@@ -11,9 +11,10 @@ from typing import Annotated, Any, Final, Literal
 from engine.body.morphology import StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
+from engine.search.baselines import MorphologyMapElites, RandomSearch
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
-from engine.search.map_search import MapSearchConfig, check_overlap
+from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
 from engine.search.variation import PUBLISHED, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics
@@ -23,7 +24,15 @@ from engine.tasks import Sensors, Task, get_task
 INLINE: Final = "inline"
 """Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
 
-AlgorithmName = Literal["dm-me", "map-elites", "vie-neat"]
+AlgorithmName = Literal["dm-me", "map-elites", "map-elites-2d", "vie-neat", "random"]
+
+
+_MAP_SEARCHES: Final[dict[str, type[MapSearch]]] = {
+    "dm-me": DoubleMapMapElites,
+    "map-elites": MapElites,
+    "map-elites-2d": MorphologyMapElites,
+    "random": RandomSearch,
+}
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +79,7 @@ class RunConfig:
             self.map_search.check_schedule(self.evaluations)
         check_overlap(self.overlap)
         if self.overlap and self.algorithm == "vie-neat":
-            raise InvalidData("overlap is for dm-me and map-elites; generations of vie-neat do not overlap")
+            raise InvalidData("generations of vie-neat do not overlap; overlap is for the other algorithms")
         if self.map_search.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
         period = self.physics.control_period
@@ -96,13 +105,9 @@ def create_algorithm(config: RunConfig) -> Algorithm:
         "seed": config.seed,
         "budget": config.evaluations,
     }
-    match config.algorithm:
-        case "dm-me":
-            return DoubleMapMapElites(config.map_search, overlap=config.overlap, **common)
-        case "map-elites":
-            return MapElites(config.map_search, overlap=config.overlap, **common)
-        case "vie-neat":
-            return VieNeat(config.vie_neat, **common)
+    if config.algorithm == "vie-neat":
+        return VieNeat(config.vie_neat, **common)
+    return _MAP_SEARCHES[config.algorithm](config.map_search, overlap=config.overlap, **common)
 
 
 PRESETS: Final[dict[str, RunConfig]] = {

@@ -19,6 +19,7 @@ from rich.console import Console
 
 from engine.config import preset
 from engine.errors import TensAtlasError
+from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
 from engine.storage.check import Finding, check_run
@@ -62,6 +63,7 @@ def _findings(runs: Sequence[Path], port: int) -> Iterator[Finding]:
     yield from _python()
     yield from _packages()
     yield _processor()
+    yield _kernel()
     yield from _simulation()
     yield from _folder(runs[0].absolute().parent if runs else _new_runs(), holds_runs=bool(runs))
     yield _port(port)
@@ -115,6 +117,19 @@ def _processor() -> Finding:
         features = ": " + (", ".join(f for f in _FEATURES if f in flags) or "none of " + ", ".join(_FEATURES))
     n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return Finding("ok", f"{n} core{'s' if n > 1 else ''}, {name}{features}")
+
+
+def _kernel() -> Finding:
+    if not is_compiled():
+        print(NOTICE, flush=True)
+    compile_kernel()
+    if (folder := kept_in()) is not None:
+        return Finding("ok", f"the simulation is compiled for this processor, kept in {folder}")
+    return Finding(
+        "note",
+        "what is compiled for this processor cannot be kept: the cache folder cannot be written",
+        "TENSATLAS_CACHE names another one; without it every start takes half a minute longer",
+    )
 
 
 def _simulation() -> Iterator[Finding]:

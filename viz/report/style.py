@@ -13,7 +13,11 @@ from engine.analysis.comparison.groups import ALGORITHM_NAMES
 FONT: Final = "Inter, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 WIDTH: Final = 1080
 """Width of a figure across the whole page, in px."""
-_ALGORITHM_COLORS: Final = dict(zip(ALGORITHM_NAMES.values(), ("#d9731a", "#3d63b8", "#17a08d"), strict=True))
+_ALGORITHM_COLORS: Final = {
+    ALGORITHM_NAMES["vie-neat"]: "#d9731a",
+    ALGORITHM_NAMES["map-elites"]: "#3d63b8",
+    ALGORITHM_NAMES["dm-me"]: "#17a08d",
+}
 _OTHER_COLORS: Final = (
     *("#a1458f", "#7a6a3a", "#b03a48", "#6f9f2f", "#7d62d1", "#c9a227", "#3f9fd0", "#c76f95", "#5b6470"),
 )

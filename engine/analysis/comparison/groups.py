@@ -14,8 +14,14 @@ from engine.config import RunConfig, inline_tables
 from engine.control.genome import PUBLISHED_RATES
 from engine.search.map_search import MapSearchConfig
 
-ALGORITHM_NAMES: Final = {"vie-neat": "ViE-NEAT", "map-elites": "MAP-Elites", "dm-me": "DM-ME"}
-"""For people, in the paper's order."""
+ALGORITHM_NAMES: Final = {
+    "random": "random search",
+    "map-elites-2d": "MAP-Elites in 2-D",
+    "vie-neat": "ViE-NEAT",
+    "map-elites": "MAP-Elites",
+    "dm-me": "DM-ME",
+}
+"""For people, the paper's three last and in its order."""
 BUDGET: Final = "evaluations"
 _UNREAD: Final = ("task", "seed")
 _OF_MAPS: Final = {f.name for f in dataclasses.fields(MapSearchConfig)} | {"overlap"}

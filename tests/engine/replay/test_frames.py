@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from engine.body.morphology import Morphology
+from engine.config import task_of
 from engine.replay.frames import FrameMaker
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder
 from engine.replay.replay import Replay, repeat_trial
-from engine.simulation.batch import SPAN, Span
+from engine.simulation.batch import FIRST_SPAN, SPAN, Span
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
@@ -29,11 +30,14 @@ def config_of(physics, task):
     return dataclasses.replace(TINY, task=task.name, physics=physics, trials=TIMES)
 
 
-def evaluated(config, task):
+def evaluated(config):
+    task = task_of(config)
     solution = Solution(
         number=3, morphology=Morphology(6, (1, 5)), controller=evolved_controller(4, 6, task.n_inputs)
     )
-    evaluator = LocalEvaluator(task=task, physics=config.physics, trials=TIMES, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=TIMES, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     return evaluation
 
@@ -42,7 +46,7 @@ def evaluated(config, task):
 @pytest.mark.parametrize("task", [GOAL_REACHING, SQUEEZING], ids=lambda task: task.name)
 def test_a_replay_shows_what_each_control_update_does(simulator, task):
     config = config_of(Physics(simulator=simulator), task)
-    evaluation = evaluated(config, task)
+    evaluation = evaluated(config)
     replay = Replay(config, evaluation, target=1, repeat=1)
     for until in (0.5, 0.51, 2.3):  # in pieces of any size
         replay.advance(until)
@@ -71,10 +75,10 @@ def test_a_replay_shows_what_each_control_update_does(simulator, task):
 def test_every_control_update_is_observed_once():
     config = config_of(Physics(), GOAL_REACHING)
     seen = []
-    replay = Replay(config, evaluated(config, GOAL_REACHING), observer=seen.append)
+    replay = Replay(config, evaluated(config), observer=seen.append)
     replay.advance(TIMES.trial_time)
     assert [n for span in seen for n in span.updates] == [*range(1, 171)]
-    assert max(len(span.updates) for span in seen) == SPAN
+    assert [len(span.updates) for span in seen] == [FIRST_SPAN, 45, SPAN, SPAN, 15]
     assert [span.sensed is None for span in seen] == [True, True, False, False, False]
 
 
@@ -104,7 +108,9 @@ def test_a_failed_replay_says_when_as_the_evaluation_did(monkeypatch, settle_tim
     solution = Solution(
         number=20, morphology=Morphology(10, (1, 2, 3)), controller=evolved_controller(0, 3, 2)
     )
-    evaluator = LocalEvaluator(task=GOAL_REACHING, physics=config.physics, trials=times, run_seed=config.seed)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=times, run_seed=config.seed
+    )
     ((evaluation,),) = evaluator.evaluate([solution])
     assert evaluation.failure.startswith("diverged")
     replay = Replay(config, evaluation)

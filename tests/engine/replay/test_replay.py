@@ -112,8 +112,8 @@ def test_a_target_of_ones_own_is_where_it_was_placed_and_is_what_the_controller_
     own.advance(own.trial_time)
     usual = replayed(small_reader, target=3)
     first = next(f for f in own.frames if f.sensed is not None)
-    # centimetres and radians; the robot has hardly moved
-    assert first.sensed == pytest.approx([80.0, math.radians(-135)], abs=0.5)
+    # parts of the usual 45 cm and of pi; the robot has hardly moved
+    assert first.sensed == pytest.approx([80 / 45, -135 / 180], abs=0.02)
     start = next(f for f in own.frames if abs(f.time) < 1e-6)
     assert own.target is not None
     assert np.linalg.norm(own.target - start.head) == pytest.approx(0.8, abs=1e-6)
