@@ -10,7 +10,6 @@ import hashlib
 import json
 import random
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -19,12 +18,11 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller, Neat
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.physics import Physics
-from engine.simulation.provenance import body_fingerprint
+from engine.simulation.provenance import KNOWN_SIMULATION, body_fingerprint
 from engine.simulation.trials import TrialConfig
 from engine.tasks import GOAL_REACHING, SQUEEZING, Task
 from engine.tasks.walls import Wall
 
-FILE: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"
 TRIALS: Final = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1.0, trajectory_bits=0)
 
 
@@ -68,7 +66,7 @@ class Comparison:
 
 def compare() -> Comparison:
     """Simulate the recorded simulations again and compare."""
-    known = json.loads(FILE.read_text(encoding="utf-8"))
+    known = json.loads(KNOWN_SIMULATION.read_text(encoding="utf-8"))
     controllers = [Controller.from_json(record["controller"]) for record in known["simulations"]]
     outcome = _simulate(controllers)
     deviations = [
@@ -100,7 +98,7 @@ def record() -> None:
         for e in outcome
     ]
     known = {"body": body_fingerprint(), "digest": _digest(outcome), "simulations": simulations}
-    FILE.write_text(json.dumps(known) + "\n", encoding="utf-8")
+    KNOWN_SIMULATION.write_text(json.dumps(known) + "\n", encoding="utf-8")
 
 
 def _simulate(controllers: Sequence[Controller]) -> list[Evaluation]:

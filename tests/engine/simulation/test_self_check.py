@@ -12,6 +12,7 @@ from engine.control.genome import Controller
 from engine.simulation import self_check
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
+from engine.simulation.provenance import KNOWN_SIMULATION, versions
 from engine.tasks import GOAL_REACHING
 
 KINDS = {int(mujoco.mjtGeom.mjGEOM_PLANE): "plane", int(mujoco.mjtGeom.mjGEOM_BOX): "box"}
@@ -28,15 +29,16 @@ def test_the_known_simulations_come_out_to_the_last_bit(found):
     assert found.identical, found
     assert found.good
     assert found.deviation == 0.0
-    assert found.digest == json.loads(self_check.FILE.read_text())["digest"]
+    assert found.digest == json.loads(KNOWN_SIMULATION.read_text())["digest"]
+    assert versions()["kernel"] == found.digest
 
 
 def test_one_wrong_bit_is_noticed(found, tmp_path, monkeypatch):
-    known = json.loads(self_check.FILE.read_text())
+    known = json.loads(KNOWN_SIMULATION.read_text())
     distance = known["simulations"][1]["distances"][0][0]
     known["simulations"][1]["distances"][0][0] = float(np.nextafter(distance, 1.0))
     known["digest"] = "0" * 16
-    monkeypatch.setattr(self_check, "FILE", tmp_path / "known.json")
+    monkeypatch.setattr(self_check, "KNOWN_SIMULATION", tmp_path / "known.json")
     (tmp_path / "known.json").write_text(json.dumps(known))
     wrong = self_check.compare()
     assert not wrong.good
@@ -53,7 +55,7 @@ def test_rods_touch_ground_walls_and_each_other():
 
 def _touched(task, body):
     """Return what rods touch in the trials of a known simulation."""
-    known = json.loads(self_check.FILE.read_text())["simulations"][task is not GOAL_REACHING]
+    known = json.loads(KNOWN_SIMULATION.read_text())["simulations"][task is not GOAL_REACHING]
     touched = set()
 
     def watch(sim):
