@@ -55,6 +55,7 @@ configs = st.builds(
         body=st.builds(BodyRates, body_rate=st.floats(0.01, 1.0), module_rate=st.floats(0.0, 0.5)),
         neat=st.builds(NeatRates, hidden=st.integers(0, 9), weight_power=st.floats(0.001, 30.0)),
         both_weight=st.integers(0, 100),
+        crossover=st.floats(0.0, 1.0),
     ),
     seed=st.integers(0, 2**32 - 1),
     trials=st.builds(
