@@ -55,8 +55,10 @@ def test_explorer(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Monkey
     status = explorer.main(explorer.Arguments(quick=True))
     out = " ".join(capsys.readouterr().out.split())
     for figure in (
+        "the first click after the start",
         "clicked for the first time",
         "clicked again",
+        "the end of the whole replay",
         "frames a second",
         "share of one core",
         "bytes per frame",
