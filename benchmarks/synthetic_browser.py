@@ -68,7 +68,7 @@ class SyntheticBrowser:
         self.n_frames = 0
         """Frames of replays received so far."""
         self._socket = connect(
-            f"ws://{place.netloc}/{query}",
+            f"ws://{place.netloc}{place.path or '/'}{query}",
             origin=f"http://{place.netloc}",  # type: ignore[arg-type]
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
             compression=None,

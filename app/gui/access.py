@@ -49,7 +49,7 @@ class Admission:
     """A page that was asked for with the token, to be asked for again with a cookie instead.
 
     Attributes:
-        location: where, without the token.
+        location: the query without the token; the path is the browser's, of which a proxy may hide a part.
         cookie: value of ``Set-Cookie``.
     """
 
@@ -95,7 +95,7 @@ class Access:
         if self.token is None:
             return None
         name = f"tensatlas_{port}"
-        path, _, query = target.partition("?")
+        query = target.partition("?")[2]
         pairs = urllib.parse.parse_qsl(query, keep_blank_values=True)
         if any(key == "token" and _equal(value, self.token) for key, value in pairs):
             if is_socket:
@@ -103,7 +103,7 @@ class Access:
             rest = urllib.parse.urlencode([(k, v) for k, v in pairs if k != "token"], safe=",/")
             secure = "; Secure" if "https" in header("X-Forwarded-Proto") else ""
             return Admission(
-                "/" + path.lstrip("/") + (f"?{rest}" if rest else ""),
+                f"?{rest}",
                 f"{name}={_ticket(self.token)}; HttpOnly; SameSite=Lax; Path=/{secure}",
             )
         cookies = [part.strip() for line in header("Cookie") for part in line.split(";")]

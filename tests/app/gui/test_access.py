@@ -89,7 +89,7 @@ def test_a_token_opens_the_page_and_a_cookie_keeps_it_open() -> None:
     asked = "/?run=my%20run&token=0123456789abcdef-%C3%B6%C3%9F&archive=morphology&cell=3,7"
     admitted = decide(access, asked, Upgrade=(), Host="atlas.example.org")
     assert isinstance(admitted, Admission)
-    assert admitted.location == "/?run=my+run&archive=morphology&cell=3,7"
+    assert admitted.location == "?run=my+run&archive=morphology&cell=3,7"
     assert "HttpOnly" in admitted.cookie
     assert "SameSite=Lax" in admitted.cookie
     assert TOKEN not in admitted.cookie
@@ -108,8 +108,7 @@ def test_a_redirect_never_leaves_the_server(path: str) -> None:
     else:
         assert isinstance(admitted, Admission)
     if isinstance(admitted, Admission):
-        assert admitted.location.startswith("/")
-        assert not admitted.location.startswith("//")
+        assert admitted.location.startswith("?")
 
 
 def test_other_hosts_get_a_token_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -96,7 +96,7 @@ def test_without_the_token_neither_page_nor_socket_is_answered() -> None:
             with pytest.raises(InvalidStatus):
                 open_socket(port, origin=own, query=query, cookie=cookie)
         status, headers, _ = get(f"{own}/?run=x&token={TOKEN}")
-        assert (status, headers["Location"]) == (303, "/?run=x")
+        assert (status, headers["Location"]) == (303, "?run=x")
         cookie = headers["Set-Cookie"].partition(";")[0]
         assert get(f"{own}/", cookie)[0] == 200
         open_socket(port, origin=own, cookie=cookie).close()
