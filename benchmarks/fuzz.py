@@ -48,6 +48,7 @@ from engine.simulation.evaluation import Evaluation, FailedTrial
 from engine.simulation.model import build_robot
 from engine.simulation.provenance import versions
 from engine.simulation.trials import TrialConfig
+from engine.storage import raw
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
 from engine.storage.reader import RunReader
@@ -136,6 +137,8 @@ class Watch:
         if self.folder is None:
             return
         if event in self._FORBIDDEN:
+            if event == "subprocess.Popen" and tuple(arguments[1][: len(raw.COMMAND)]) == raw.COMMAND:
+                return  # reads the first bytes of a file that SQLite refuses
             self.seen.append(f"{event} {arguments!r:.80}")
         elif event == "exec" and not self.code_allowed:
             name = getattr(arguments[0], "co_filename", "?")

@@ -9,6 +9,7 @@ import dataclasses
 import hashlib
 import importlib.resources
 import json
+import math
 import os
 import shutil
 import uuid
@@ -22,11 +23,12 @@ import numpy as np
 from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import ExportError
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
+from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
 from engine.simulation.physics import Simulator
@@ -125,10 +127,12 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
 
     Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
+    # left out where they are as published, as robots were before there was a choice
+    sensors = {} if config.sensors == "centimetres" else {"sensors": config.sensors}
     content = {
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
-        "task": {"name": config.task, **task_version(config.task)},
+        "task": {"name": config.task, **task_version(config.task)} | sensors,
         "physics": dataclasses.asdict(config.physics),
     }
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
@@ -198,25 +202,25 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
         reason = evaluation.failure or "it has no complete result"
         number = evaluation.solution.number
         raise ExportError(f"evaluation {number} cannot be exported, choose another: {reason}")
-    replay = Replay(config, evaluation, target=TARGET, repeat=REPEAT)
+    spans: list[Span] = []
+    replay = Replay(config, evaluation, target=TARGET, repeat=REPEAT, observer=spans.append)
     replay.advance(0.0)
-    loop, period = replay.loop, config.physics.control_period
-    commands, path = [], []
+    loop, path = replay.loop, []
     if loop is not None and replay.failure is None:
         settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
-        first = sensed(get_task(config.task), loop.view(), loop.sim.alive)[0, 0]
-        per_second = round(1.0 / period)
+        first = sensed(task_of(config), loop.view(), loop.sim.alive)[0, 0]
         path.append(loop.head()[0, 0])
-        for k in range(1, round(config.trials.trial_time / period) + 1):
-            replay.advance(k * period)
-            commands.append(loop.sim.commanded[0, 0].ravel().copy())
-            if k % per_second == 0:
-                path.append(loop.head()[0, 0])
+        for second in range(1, math.floor(config.trials.trial_time) + 1):
+            replay.advance(float(second))
+            path.append(loop.head()[0, 0])
+        replay.advance(config.trials.trial_time)
     if replay.failure is not None or replay.score is None:
         raise ExportError(
             f"evaluation {evaluation.solution.number} cannot be repeated with this version: {replay.failure}"
         )
-    return Trial(settled, first, pose, np.array(commands), np.array(path), replay.score, replay.walls, replay)
+    commands = np.concatenate([s.commanded[:, 0, 0] for s in spans if s.sensed is not None])
+    commands = commands.reshape(len(commands), -1)
+    return Trial(settled, first, pose, commands, np.array(path), replay.score, replay.walls, replay)
 
 
 def _robot_xml(

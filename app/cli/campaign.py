@@ -45,6 +45,8 @@ class Campaign:
     """Folder of the run files, their logs and the report."""
     jobs: int = 1
     """Runs at a time, each with its own workers."""
+    baseline: str | None = None
+    """The group, or one of its runs, that the report tests all others against."""
     images: Literal["svg", "png", "none"] = "svg"
     """Kind of the report's figures as files; needs a Chromium."""
     dry_run: bool = False
@@ -85,7 +87,8 @@ class Campaign:
             console.print("The same command resumes what is unfinished.")
             return 1
         files = tuple(folder / run.file for run in runs)
-        Compare(paths=files, out=folder / "report", images=self.images).run(console)
+        report = Compare(paths=files, out=folder / "report", baseline=self.baseline, images=self.images)
+        report.run(console)
         return 0
 
 

@@ -19,6 +19,7 @@ from rich.console import Console
 
 from engine.config import preset
 from engine.errors import TensAtlasError
+from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
 from engine.storage.check import Finding, check_run
@@ -62,8 +63,9 @@ def _findings(runs: Sequence[Path], port: int) -> Iterator[Finding]:
     yield from _python()
     yield from _packages()
     yield _processor()
+    yield _kernel()
     yield from _simulation()
-    yield from _folder(runs[0].absolute().parent if runs else _new_runs())
+    yield from _folder(runs[0].absolute().parent if runs else _new_runs(), holds_runs=bool(runs))
     yield _port(port)
     yield _chromium()
     for run in runs:
@@ -117,6 +119,19 @@ def _processor() -> Finding:
     return Finding("ok", f"{n} core{'s' if n > 1 else ''}, {name}{features}")
 
 
+def _kernel() -> Finding:
+    if not is_compiled():
+        print(NOTICE, flush=True)
+    compile_kernel()
+    if (folder := kept_in()) is not None:
+        return Finding("ok", f"the simulation is compiled for this processor, kept in {folder}")
+    return Finding(
+        "note",
+        "what is compiled for this processor cannot be kept: the cache folder cannot be written",
+        "TENSATLAS_CACHE names another one; without it every start takes half a minute longer",
+    )
+
+
 def _simulation() -> Iterator[Finding]:
     found = compare()
     mujoco = _version("mujoco")
@@ -151,7 +166,8 @@ def _new_runs() -> Path:
     return NEW_RUNS.absolute()
 
 
-def _folder(folder: Path) -> Iterator[Finding]:
+def _folder(folder: Path, *, holds_runs: bool) -> Iterator[Finding]:
+    """Check the folder of the first run named, or where new ones would be."""
     there = folder
     while not there.is_dir() and there != there.parent:
         there = there.parent
@@ -175,6 +191,10 @@ def _folder(folder: Path) -> Iterator[Finding]:
             yield Finding("problem", f"{there} does not lock files", "keep runs on another file system")
     except (OSError, TensAtlasError) as e:
         reason = e.strerror if isinstance(e, OSError) else str(e)
+        if holds_runs and not os.access(there, os.W_OK):
+            remedy = "runs there can be looked at; to resume one, copy it to another folder"
+            yield Finding("note", f"nothing can be written in {there}: {reason}", remedy)
+            return
         yield Finding("problem", f"no run can be written in {there}: {reason}", "choose another folder")
 
 

@@ -17,7 +17,7 @@ from rich.console import Console
 from app.cli.campaign import Campaign
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
-from app.cli.evolve import CONFIG_FLAGS, Evolve, Resume
+from app.cli.evolve import CONFIG_FLAGS, DEFAULT_PRESET, Evolve, Resume
 from app.cli.explore import Explore, ReplayDump
 from app.cli.export import Export
 from app.cli.info import Info
@@ -94,10 +94,10 @@ def _parse(arguments: list[str]) -> Command:
         InvalidData: there is no such preset.
         TaskError: the task file that it names has an error.
     """
-    config = preset(_named(arguments, "--preset", "quick"))
+    config = preset(_named(arguments, "--preset", DEFAULT_PRESET))
     if arguments[0] == "evolve":
         arguments = _with_task_loaded(arguments)
-    evolve = Evolve(path=tyro.MISSING, preset="quick", config=config)
+    evolve = Evolve(path=tyro.MISSING, preset=DEFAULT_PRESET, config=config)
     kinds: list[Any] = [
         Annotated[kind, tyro.conf.subcommand(default=evolve)] if kind is Evolve else kind for kind in COMMANDS
     ]

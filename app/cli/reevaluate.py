@@ -15,21 +15,23 @@ from app.cli.progress import counting
 from app.worker_flags import check_workers
 from engine.analysis.reevaluation import reevaluate
 from engine.analysis.robustness import MapRobustness, robust_path
+from engine.analysis.run_files import run_files
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Reevaluate:
     """Simulate elites again under fresh noise and say how much of their map's fitness was luck.
 
-    Keeps the results beside the run, in NAME.robust.json, and continues from those that are there.
+    Keeps the results beside each run, in NAME.robust.json, and continues from those that are there.
+    ``compare`` shows them.
     """
 
-    path: tyro.conf.Positional[Path]
-    """Run file."""
+    paths: tyro.conf.Positional[tuple[Path, ...]]
+    """Run files, or folders of them."""
     repeats: int = 5
     """Evaluations of each elite, each of all targets and the run's repeats."""
     archive: str | None = None
-    """The only archive whose elites are evaluated; without it, all."""
+    """The only map whose elites are evaluated; without it, all archives. compare needs the morphology map."""
     workers: int = os.cpu_count() or 1
     """Threads that simulate; the result does not depend on it."""
     json: bool = False
@@ -44,28 +46,42 @@ class Reevaluate:
             RunFileError: the run cannot be read or has no such archive, or the results cannot be written.
         """
         check_workers(self.workers)
+        runs, notes = run_files(self.paths)
+        for note in notes:
+            console.print(f"tensatlas: note: {note}", markup=False)
+        facts = []
+        for run in runs:
+            maps = self._reevaluate(run, console)
+            facts += [{"run": str(run)} | dataclasses.asdict(m) for m in maps]
+            if not self.json:
+                self._print(run, maps, console, several=len(runs) > 1)
+        if self.json:
+            print(json.dumps(facts, indent=2))
+
+    def _reevaluate(self, run: Path, console: Console) -> list[MapRobustness]:
         try:
-            with counting(console, "evaluating again") as observer:
-                _, maps = reevaluate(
-                    self.path,
+            with counting(console, f"evaluating {run.stem} again") as observer:
+                return reevaluate(
+                    run,
                     repeats=self.repeats,
                     archive=self.archive,
                     n_threads=self.workers,
                     observer=observer,
-                )
+                )[1]
         except KeyboardInterrupt:
             console.print(
                 "Stopped. What is finished is saved; the same command continues from there.", markup=False
             )
             raise
-        if self.json:
-            print(json.dumps([dataclasses.asdict(m) for m in maps], indent=2))
-            return
+
+    def _print(self, run: Path, maps: list[MapRobustness], console: Console, *, several: bool) -> None:
         out = Console(highlight=False)
+        if several:
+            out.print(f"\n{run}", markup=False, soft_wrap=True)
         out.print(_table(maps, self.repeats))
         for m in maps:
             out.print(_sentence(m), markup=False, soft_wrap=True)
-        console.print(f"Kept in {robust_path(self.path)}", markup=False)
+        console.print(f"Kept in {robust_path(run)}", markup=False)
 
 
 def _table(maps: list[MapRobustness], repeats: int) -> Table:

@@ -48,7 +48,7 @@ class ComparePanel:
         with panel.add_tab("Compare", viser.Icon.CHART_BAR):
             gui.add_html(
                 '<div style="font-size:12.5px;line-height:1.5;opacity:.85;padding:6px 10px 0">Runs side by'
-                " side: what each algorithm reaches, whether the difference could be luck, the trends, all"
+                " side: what each group reaches, whether the difference could be luck, the trends, all"
                 " maps, and the published figures beside ours.</div>"
             )
             self._list = gui.add_html("")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import html
 import os
 import re
@@ -23,7 +24,15 @@ from viz import theme
 
 EVERYDAY: Final = ("task", "algorithm", "evaluations", "seed")
 """Fields of the configuration that are seen at once; the others are under "More"."""
-TITLES: Final = {"trials": "Trials", "physics": "Physics", "vie_neat": "ViE-NEAT"}
+TITLES: Final = {
+    "trials": "Trials",
+    "physics": "Physics",
+    "variation": "Variation",
+    "body": "Bodies",
+    "neat": "Controllers",
+    "vie_neat": "ViE-NEAT",
+}
+"""Folders of the tables within the configuration."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -68,7 +77,7 @@ class RunForm:
                 "Preset",
                 tuple(PRESETS),
                 initial_value="quick",
-                hint="smoke: seconds. quick: about half an hour. paper: the published experiment, days",
+                hint="smoke: seconds. quick: a short atlas. atlas: hours. paper: the published experiment",
             )
             for name in EVERYDAY:
                 self._add(folder, base, (), name)
@@ -86,11 +95,7 @@ class RunForm:
                 for owner, name in _own_fields(base):
                     if name not in EVERYDAY and name not in TITLES:
                         self._add(more, owner, (), name)
-                for group, title in TITLES.items():
-                    part = gui.add_folder(title, expand_by_default=False)
-                    with part:
-                        for field in dataclasses.fields(getattr(base, group)):
-                            self._add(part, getattr(base, group), (group,), field.name)
+                self._add_tables(base, ())
             self._problem = gui.add_html("")
             self.start = gui.add_button(
                 "Start",
@@ -159,6 +164,17 @@ class RunForm:
             with field.folder:
                 self._mark = self._gui.add_html(content, order=field.widget.order + 0.5)
 
+    def _add_tables(self, owner: Any, path: tuple[str, ...]) -> None:
+        """Add a folder for each table among the fields of a dataclass."""
+        for group in (f.name for f in dataclasses.fields(owner) if f.name in TITLES):
+            table, inside = getattr(owner, group), (*path, group)
+            part = self._gui.add_folder(TITLES[group], expand_by_default=False)
+            with part:
+                for field in dataclasses.fields(table):
+                    if field.name not in TITLES:
+                        self._add(part, table, inside, field.name)
+                self._add_tables(table, inside)
+
     def _add(self, folder: Any, owner: Any, path: tuple[str, ...], name: str) -> None:
         owned: type = type(owner)
         kind, value = typing.get_type_hints(owned)[name], getattr(owner, name)
@@ -177,16 +193,11 @@ class RunForm:
         """Take what the preset decides; what is to be evolved and how stays as it is."""
         config = preset(str(self._preset.value))
         # not as a file has them: it leaves out what files of older versions imply
-        values: dict[tuple[str, ...], Any] = {
-            (name,): getattr(owner, name) for owner, name in _own_fields(config)
-        }
-        for group in TITLES:
-            part = getattr(config, group)
-            values |= {(group, field.name): getattr(part, field.name) for field in dataclasses.fields(part)}
+        own = {name: getattr(owner, name) for owner, name in _own_fields(config)}
         for field in self._fields:
             if field.path[0] in ("task", "algorithm", "seed"):
                 continue
-            value = values[field.path]
+            value = functools.reduce(getattr, field.path[1:], own[field.path[0]])
             put(field.widget, value if field.kind is int else write(value))
         self.check()
 

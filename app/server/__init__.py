@@ -2,4 +2,5 @@
 
 - ``server``: ``explore`` serves runs and ``replay_dump`` a failed simulation, both until Ctrl-C.
 - ``log``: what a server says on its terminal.
+- ``warm_up``: the simulation compiled and loaded before the first click.
 """

@@ -87,11 +87,17 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
             RunReader(place).close()
     access = listening.access
     limit_log()
+    # Numba takes half a second to import; a failure dump is shown without
+    from app.server.warm_up import WarmUp
+
     keep_memory_compact()
-    with serve(
-        places, host=listening.host, port=listening.port, access=access, read_only=read_only
-    ) as server:
+    with (
+        contextlib.closing(WarmUp()) as warm_up,
+        serve(places, host=listening.host, port=listening.port, access=access, read_only=read_only) as server,
+    ):
         gc.freeze()  # imported modules stay: garbage collection need not look at them again
+        warm_up.start()
+        server.on_client_connect(warm_up.tell)
         announce(server, listening, access)
         wait_for_interrupt()
 

@@ -10,6 +10,8 @@ from engine.tasks import Task, View, Wall
 
 EDGE = 0.15  # where the step begins, in m ahead of the settled head
 HEIGHTS = (0.01, 0.02)  # of the step for the two targets, in m
+DISTANCE = 0.3  # of the target, in m
+HIGH = 0.1  # a head this high would sense 1, in m
 LIFT = 0.05  # what a robot gains that stands on the step with every module, in m
 
 
@@ -20,14 +22,14 @@ def walls(target: int, _n_modules: int) -> tuple[Wall, ...]:
 
 
 def sense(view: View) -> np.ndarray:
-    """Return what the controller senses: the target, the edge ahead, how high the head is."""
+    """Return what the controller senses: the target, the edge ahead, how high the head is; from -1 to 1."""
     distance, bearing = view.to_target()
     return np.stack(
         [
-            100 * distance,  # cm, which suits the networks better than m
-            bearing,  # rad
-            np.minimum(100 * view.clearance, 50),  # cm to the edge; infinite where there is none
-            100 * view.height,  # cm
+            distance / DISTANCE,  # larger numbers than 1 would saturate the networks
+            bearing / np.pi,
+            np.minimum(view.clearance / EDGE, 1),  # to the edge; infinite where there is none
+            view.height / HIGH,
         ],
         axis=-1,
     )
@@ -44,7 +46,7 @@ TASK = Task(
     summary="crawl 30 cm ahead, up a step of 1 or 2 cm",
     inputs=("distance", "bearing", "edge", "height"),
     sense=sense,
-    target_distance=0.3,
+    target_distance=DISTANCE,
     target_bearings=(0.0, 0.0),
     names=("step of 1 cm", "step of 2 cm"),
     walls=walls,

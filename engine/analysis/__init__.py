@@ -2,11 +2,11 @@
 
 Read in this order:
 
-- ``statistics``: descriptive statistics, rank-sum tests, trends.
-- ``published``: the paper's results.
+- ``run_files``: files and folders of them.
 - ``elite_maps``: archives seen along other axes.
-- ``run_result``: what a comparison takes from one run.
-- ``comparison``, ``comparison_tables``: runs side by side, and their numbers as CSV.
+- ``profile``: how many cells hold a robot that is good for something.
+- ``steering``: which controllers tell left from right.
+- ``comparison/``: runs side by side.
 - ``elite_table``: a run's elites as a table with pyribs' column names.
 - ``projection_run``: a projection as a new run file.
 - ``verify``: one robot simulated again, with other noise or physics.

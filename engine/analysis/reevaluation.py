@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from engine.analysis.elite_maps import CountObserver, archive_maps
+from engine.analysis.elite_maps import CountObserver, archive_maps, load_maps
 from engine.analysis.robustness import (
     MAX_REPEATS,
     MapRobustness,
@@ -50,7 +50,8 @@ def reevaluate(
     Args:
         run: run file.
         repeats: evaluations of each elite, all targets and the run's repeats each.
-        archive: the only archive whose elites are evaluated; None for all.
+        archive: the only archive whose elites are evaluated, or ``morphology`` or ``controller`` for a map of
+            a 4-D archive; None for all archives.
         n_threads: threads inside MuJoCo; the result does not depend on it.
         observer: told about progress.
 
@@ -67,8 +68,13 @@ def reevaluate(
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
     with RunReader(run) as reader, _alone(robust_path(run)) as path:
         check_physics(reader.config)
-        last = reader.finished_generation(archive)
-        maps = archive_maps(reader, last)
+        last = reader.finished_generation()
+        if archive in last.archives or archive is None:
+            maps = archive_maps(reader, last)
+        else:
+            maps = load_maps(reader, last)
+        if archive is not None and archive not in maps:
+            reader.finished_generation(archive)  # says which there are
         maps = {name: maps[name] for name in ([archive] if archive else sorted(maps))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}
         before = load_robust_of(reader)

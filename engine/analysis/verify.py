@@ -13,14 +13,13 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
 from engine.simulation.batch import Simulations
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.model import RobotModel, build_robot
 from engine.simulation.physics import Physics, Simulator, check_timestep, with_inertia
 from engine.simulation.trials import fresh_number
-from engine.tasks import get_task
 
 MAX_SEEDS: Final = 100
 SMALLEST_FACTOR: Final = 0.01
@@ -143,7 +142,7 @@ def resimulate(
     if not 1 <= n_seeds <= MAX_SEEDS:
         raise InvalidData(f"seeds must be from 1 to {MAX_SEEDS}, not {n_seeds}")
     check_timestep(physics)
-    task, solution = get_task(config.task), evaluation.solution
+    task, solution = task_of(config), evaluation.solution
     recorder = MotionRecorder(build_robot(solution.morphology, physics), physics)
     evaluator = LocalEvaluator(
         task=task,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -66,6 +67,17 @@ def contraction(lengths: np.ndarray) -> np.ndarray:
     """
     released, turned = _MEAN_TARGETS[0], _MEAN_TARGETS[-1]
     return (released - np.asarray(lengths).mean(axis=-1)) / (released - turned)
+
+
+def quaternion_product(first: Sequence[float], then: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the turn by one unit quaternion w, x, y, z and then by another, in fixed axes."""
+    (w, x, y, z), (a, b, c, d) = then, first
+    return (
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    )
 
 
 def rotation_rows(turns: np.ndarray) -> tuple[tuple[np.ndarray, ...], ...]:

@@ -11,7 +11,8 @@ import functools
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+from engine.exact import length
 
 MIN_MODULES: Final = 2
 MAX_MODULES: Final = 10
@@ -77,17 +78,18 @@ Found from the built geometry: with every module turned as in ``FACE_TURN``, the
 lie 1.2 to 5.1 mm apart for all 64 combinations of faces; any other pairing would cross the links.
 """
 
+_HALF: Final = float(np.sqrt(0.5))
 FACE_TURN: Final = {
-    1: Rotation.identity(),
-    2: Rotation.from_euler("y", 90, degrees=True),
-    3: Rotation.from_euler("y", 180, degrees=True),
-    4: Rotation.from_euler("y", -90, degrees=True),
-    5: Rotation.from_euler("y", 90, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
-    6: Rotation.from_euler("x", 180, degrees=True),
-    7: Rotation.from_euler("y", -90, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
-    8: Rotation.from_euler("y", 180, degrees=True) * Rotation.from_euler("x", 180, degrees=True),
+    1: (1.0, 0.0, 0.0, 0.0),
+    2: (_HALF, 0.0, _HALF, 0.0),  # a quarter of a turn about y
+    3: (0.0, 0.0, 1.0, 0.0),  # half a turn about y
+    4: (_HALF, 0.0, -_HALF, 0.0),  # a quarter of a turn back
+    5: (0.0, _HALF, 0.0, -_HALF),  # half a turn about x, then as face 2
+    6: (0.0, 1.0, 0.0, 0.0),  # half a turn about x
+    7: (0.0, _HALF, 0.0, _HALF),  # half a turn about x, then as face 4
+    8: (0.0, 0.0, 0.0, -1.0),  # half a turn about x, then as face 3
 }
-"""The turn that makes a face point where face 1 points, along (1, 1, 1)."""
+"""The turn that makes a face point where face 1 points, along (1, 1, 1): a quaternion w, x, y, z."""
 
 CHAIN_AXIS: Final = np.ones(3) / np.sqrt(3.0)
 MODULE_SPACING: Final = 0.0375 * np.sqrt(2.0) * np.sqrt(3.0)
@@ -171,16 +173,15 @@ def servo_anchors(node: int) -> tuple[np.ndarray, np.ndarray]:
     The first lies on the sphere at the actuator point, the second on the node's rod. Do not write to them.
     """
     towards = NODES[node] - ACTUATOR_POINT
-    on_sphere = ACTUATOR_POINT + ACTUATOR_RADIUS * towards / np.linalg.norm(towards)
+    on_sphere = ACTUATOR_POINT + ACTUATOR_RADIUS * towards / length(towards)
     on_sphere.flags.writeable = False
     return on_sphere, _on_rod_surface(node, ACTUATOR_POINT)
 
 
 def _on_rod_surface(node: int, towards: np.ndarray) -> np.ndarray:
     a, b = RODS[rod_of(node)]
-    axis = (NODES[b] - NODES[a]) / np.linalg.norm(NODES[b] - NODES[a])
-    direction = towards - NODES[node]
-    direction = direction - axis * (direction @ axis)
-    anchor = NODES[node] + ANCHOR_OFFSET * direction / np.linalg.norm(direction)
+    # a rod lies along an axis of the module as built
+    direction = np.where(NODES[b] == NODES[a], towards - NODES[node], 0.0)
+    anchor = NODES[node] + ANCHOR_OFFSET * direction / length(direction)
     anchor.flags.writeable = False
     return anchor

@@ -13,13 +13,38 @@ StiffnessMode = Literal["shared", "per-module"]
 """Whether all modules of a body share one stiffness, as in the paper, or each has its own."""
 
 N_FACES: Final = 8
-GLOBAL_MUTATION_PROBABILITY: Final = 0.3
-FACE_MUTATION_PROBABILITY: Final = 0.3
-"""The published configuration has 0.6 x 1/2; its other half redrew an open-loop gene, left out here."""
-LOCAL_MUTATION_PROBABILITY: Final = 0.2
-"""Where each module has its own stiffness: of its face, and again of its stiffness. The published code has
-0.6 x 1/3 for each; the last third redrew the open-loop gene.
-"""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class BodyRates:
+    """How bodies are mutated; the defaults are the published ones.
+
+    The published face rate is 0.6 x 1/2, whose other half redrew an open-loop gene, left out here. With a
+    stiffness per module it is 0.6 x 1/3 for face and stiffness each, and the last third redrew that gene.
+
+    Raises:
+        InvalidData: a number is out of its range.
+    """
+
+    body_rate: float = 0.3
+    """Probability that the body changes as a whole: a module more, a module less or another stiffness."""
+    face_rate: float = 0.3
+    """Probability, for each module, that its joining face is drawn anew; for bodies of one stiffness."""
+    module_rate: float = 0.2
+    """The same with a stiffness per module, and again the probability that its stiffness is drawn anew."""
+
+    def __post_init__(self) -> None:
+        # a mutation is repeated until something has changed
+        for name, least, most in (
+            ("body_rate", 0.01, 1.0),
+            ("face_rate", 0.0, 1.0),
+            ("module_rate", 0.0, 0.5),
+        ):
+            if not least <= getattr(self, name) <= most:
+                raise InvalidData(f"{name} must be from {least:g} to {most:g}, not {getattr(self, name)}")
+
+
+PUBLISHED_RATES: Final = BodyRates()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -125,22 +150,24 @@ def random_morphology(rng: random.Random, stiffness: StiffnessMode = "shared") -
     )
 
 
-def mutate_morphology(parent: Morphology, rng: random.Random) -> Morphology:
+def mutate_morphology(
+    parent: Morphology, rng: random.Random, rates: BodyRates = PUBLISHED_RATES
+) -> Morphology:
     """Return a mutated copy (it may equal its parent: the caller decides whether to try again).
 
-    With probability 0.3 one global mutation, drawn uniformly from inserting a random module at a
+    With probability ``body_rate`` one global mutation, drawn uniformly from inserting a random module at a
     random place, deleting a random module and redrawing the stiffness; one that would leave the range
-    of 2 to 10 modules does nothing. Then every module redraws its face with probability 0.3.
+    of 2 to 10 modules does nothing. Then every module redraws its face with probability ``face_rate``.
 
     Where every module has its own stiffness there is no global redraw, and its third of the global mutations
-    does nothing. Instead every module redraws either its face or its stiffness, with probability 0.2 each.
-    The published code does the same; no published configuration uses it.
+    does nothing. Instead every module redraws either its face or its stiffness, with probability
+    ``module_rate`` each. The published code does the same; no published configuration uses it.
     """
     if isinstance(parent.stiffness_level, tuple):
-        return _mutate_per_module(list(parent.stiffness_level), list(parent.faces), rng)
+        return _mutate_per_module(list(parent.stiffness_level), list(parent.faces), rng, rates)
     faces = list(parent.faces)
     stiffness_level = parent.stiffness_level
-    if rng.random() < GLOBAL_MUTATION_PROBABILITY:
+    if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "stiffness"))
         if kind == "insert" and len(faces) < MAX_MODULES:
             faces.insert(rng.randint(0, len(faces)), _random_face(rng))
@@ -149,13 +176,15 @@ def mutate_morphology(parent: Morphology, rng: random.Random) -> Morphology:
         elif kind == "stiffness":
             stiffness_level = _random_level(rng)
     for i in range(len(faces)):
-        if rng.random() < FACE_MUTATION_PROBABILITY:
+        if rng.random() < rates.face_rate:
             faces[i] = _random_face(rng)
     return Morphology(stiffness_level=stiffness_level, faces=tuple(faces))
 
 
-def _mutate_per_module(levels: list[int], faces: list[int], rng: random.Random) -> Morphology:
-    if rng.random() < GLOBAL_MUTATION_PROBABILITY:
+def _mutate_per_module(
+    levels: list[int], faces: list[int], rng: random.Random, rates: BodyRates
+) -> Morphology:
+    if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "nothing"))
         if kind == "insert" and len(faces) < MAX_MODULES:
             where = rng.randint(0, len(faces))
@@ -166,9 +195,9 @@ def _mutate_per_module(levels: list[int], faces: list[int], rng: random.Random) 
             del faces[where], levels[where]
     for i in range(len(faces)):
         draw = rng.random()
-        if draw < LOCAL_MUTATION_PROBABILITY:
+        if draw < rates.module_rate:
             faces[i] = _random_face(rng)
-        elif draw < 2 * LOCAL_MUTATION_PROBABILITY:
+        elif draw < 2 * rates.module_rate:
             levels[i] = _random_level(rng)
     return Morphology(stiffness_level=tuple(levels), faces=tuple(faces))
 

@@ -17,21 +17,21 @@ from neat.innovation import InnovationTracker
 
 from engine.body.module import MAX_MODULES
 from engine.errors import InvalidData
+from engine.exact import cosine_and_sine, logarithm
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""
-N_HIDDEN: Final = 3
 MAX_GENES: Final = 10_000
 """More nodes or connections than this in data from outside are refused."""
+MAX_HIDDEN: Final = 100
+LEAST: Final = 0.001
+"""Smallest rate and power of the biases. Every controller has biases, so every one can be mutated."""
+MAX_POWER: Final = 30.0
+"""Largest power of a mutation: the range of weights and biases."""
 
 NEAT_PARAMETERS: Final = {
-    "num_hidden": str(N_HIDDEN),
     "feed_forward": "True",
     "initial_connection": "full_nodirect",
-    "conn_add_prob": "0.5",
-    "conn_delete_prob": "0.5",
-    "node_add_prob": "0.2",
-    "node_delete_prob": "0.2",
     "compatibility_disjoint_coefficient": "1.0",
     "compatibility_weight_coefficient": "0.5",
     "activation_default": "logistic",
@@ -44,16 +44,10 @@ NEAT_PARAMETERS: Final = {
     "weight_init_stdev": "1.0",
     "weight_min_value": "-30",
     "weight_max_value": "30",
-    "weight_mutate_rate": "0.8",
-    "weight_mutate_power": "0.5",
-    "weight_replace_rate": "0.1",
     "bias_init_mean": "0.0",
     "bias_init_stdev": "1.0",
     "bias_min_value": "-30",
     "bias_max_value": "30",
-    "bias_mutate_rate": "0.7",
-    "bias_mutate_power": "0.5",
-    "bias_replace_rate": "0.1",
     "response_init_mean": "1.0",
     "response_init_stdev": "0.0",
     "response_min_value": "-30",
@@ -62,10 +56,91 @@ NEAT_PARAMETERS: Final = {
     "response_mutate_power": "0.0",
     "response_replace_rate": "0.0",
     "enabled_default": "True",
-    "enabled_mutate_rate": "0.01",
     "single_structural_mutation": "False",
 }
-"""NEAT-Python's parameters, from the authors' published configuration."""
+"""NEAT-Python's other parameters, from the authors' published configuration."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class NeatRates:
+    """How controllers begin and how NEAT mutates them. The defaults change a controller gently.
+
+    Raises:
+        InvalidData: a number is out of its range.
+    """
+
+    hidden: int = 3
+    """Hidden neurons of a new network, between all inputs and all outputs; with 0, inputs lead to outputs."""
+    weight_rate: float = 0.2
+    """Probability, for each weight, that a Gaussian number is added to it."""
+    weight_power: float = 0.2
+    """Standard deviation of what is added to a weight."""
+    weight_replace: float = 0.02
+    """Probability, for each weight, that it is drawn anew."""
+    bias_rate: float = 0.2
+    """Probability, for each neuron's bias, that a Gaussian number is added to it."""
+    bias_power: float = 0.2
+    """Standard deviation of what is added to a bias."""
+    bias_replace: float = 0.02
+    """Probability, for each bias, that it is drawn anew."""
+    link_add: float = 0.1
+    """Probability that a link is added."""
+    link_remove: float = 0.1
+    """Probability that a link is removed."""
+    link_toggle: float = 0.002
+    """Probability, for each link, that chance decides anew whether it is enabled."""
+    neuron_add: float = 0.04
+    """Probability that a hidden neuron is added, in the middle of a link."""
+    neuron_remove: float = 0.04
+    """Probability that a hidden neuron is removed, with its links."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.hidden <= MAX_HIDDEN:
+            raise InvalidData(f"hidden must be from 0 to {MAX_HIDDEN}, not {self.hidden}")
+        for field in dataclasses.fields(self)[1:]:
+            least = LEAST if field.name in ("bias_rate", "bias_power", "weight_power") else 0.0
+            most = MAX_POWER if field.name.endswith("power") else 1.0
+            if not least <= getattr(self, field.name) <= most:
+                raise InvalidData(
+                    f"{field.name} must be from {least:g} to {most:g}, not {getattr(self, field.name)}"
+                )
+        for gene in ("weight", "bias"):
+            if getattr(self, f"{gene}_rate") + getattr(self, f"{gene}_replace") > 1.0 + 1e-9:
+                raise InvalidData(f"{gene}_rate and {gene}_replace must be at most 1 together")
+
+    def parameters(self) -> dict[str, str]:
+        """Return these numbers as NEAT-Python's parameters."""
+        values = {
+            "num_hidden": self.hidden,
+            "conn_add_prob": self.link_add,
+            "conn_delete_prob": self.link_remove,
+            "node_add_prob": self.neuron_add,
+            "node_delete_prob": self.neuron_remove,
+            "weight_mutate_rate": self.weight_rate,
+            "weight_mutate_power": self.weight_power,
+            "weight_replace_rate": self.weight_replace,
+            "bias_mutate_rate": self.bias_rate,
+            "bias_mutate_power": self.bias_power,
+            "bias_replace_rate": self.bias_replace,
+            "enabled_mutate_rate": self.link_toggle,
+        }
+        return {name: str(value) for name, value in values.items()}
+
+
+PUBLISHED_RATES: Final = NeatRates(
+    weight_rate=0.8,
+    weight_power=0.5,
+    weight_replace=0.1,
+    bias_rate=0.7,
+    bias_power=0.5,
+    bias_replace=0.1,
+    link_add=0.5,
+    link_remove=0.5,
+    link_toggle=0.01,
+    neuron_add=0.2,
+    neuron_remove=0.2,
+)
+"""The rates of the authors' published configuration."""
 
 
 def logistic(z: float) -> float:
@@ -141,11 +216,16 @@ class Neat:
     NEAT-Python draws from Python's global ``random``; every call lends it the caller's generator and
     puts the global one back. Node keys and innovation numbers are counted here; ``state`` and
     ``restore`` carry the counters over an interruption.
+
+    Args:
+        n_inputs: how many numbers the controllers sense.
+        rates: how they begin and mutate.
     """
 
-    def __init__(self, *, n_inputs: int) -> None:
+    def __init__(self, *, n_inputs: int, rates: NeatRates = PUBLISHED_RATES) -> None:
         parameters: dict[str, Any] = {
             **NEAT_PARAMETERS,
+            **rates.parameters(),
             "num_inputs": str(n_inputs),
             "num_outputs": str(N_OUTPUTS),
         }
@@ -154,11 +234,11 @@ class Neat:
         self.config = DefaultGenomeConfig(parameters)
         self.config.add_activation("logistic", logistic)
         self.config.innovation_tracker = InnovationTracker()
-        self._next_node = N_OUTPUTS + N_HIDDEN
+        self._next_node = N_OUTPUTS + rates.hidden
 
     def random(self, rng: Random) -> Controller:
-        """Draw a new controller: three hidden nodes between all inputs and all outputs."""
-        self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + N_HIDDEN))
+        """Draw a new controller, its hidden nodes between all inputs and all outputs."""
+        self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + self.config.num_hidden))
         genome = neat.DefaultGenome(0)
         with lend_random(rng):
             genome.configure_new(self.config)
@@ -171,6 +251,18 @@ class Neat:
         with lend_random(rng):
             genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
+
+    def cross(self, fitter: Controller, other: Controller, rng: Random) -> Controller:
+        """Return a child of two controllers.
+
+        Links of one innovation, and nodes of one key, come from either; what only one has, from the fitter.
+        """
+        parents = [to_genome(c, self.config) for c in (fitter, other)]
+        parents[0].fitness, parents[1].fitness = 1.0, 0.0
+        child = neat.DefaultGenome(0)
+        with lend_random(rng):
+            child.configure_crossover(*parents, self.config)
+        return from_genome(child, self.config.num_inputs)
 
     def new_generation(self) -> None:
         """Forget which innovations arose together: equal ones share a number within a generation."""
@@ -220,6 +312,24 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
             for k, g in genome.connections.items()
         ),
     )
+
+
+def _gauss(mu: float = 0.0, sigma: float = 1.0) -> float:
+    """Draw from Python's global generator what its own ``gauss`` draws, with the same bits everywhere.
+
+    That function asks the C library for a logarithm, a sine and a cosine, whose last bit may differ from one
+    computer to another; this one rounds them to the nearest double.
+    """
+    generator = random.gauss.__self__  # type: ignore[attr-defined]
+    z, generator.gauss_next = generator.gauss_next, None
+    if z is None:
+        cosine, sine = cosine_and_sine(random.random() * math.tau)
+        radius = math.sqrt(-2.0 * logarithm(1.0 - random.random()))
+        z, generator.gauss_next = cosine * radius, sine * radius
+    return mu + z * sigma
+
+
+neat.attributes.gauss = _gauss
 
 
 @contextlib.contextmanager

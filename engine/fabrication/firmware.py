@@ -20,13 +20,13 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.control.network import Plan
 from engine.replay.replay import repeat_trial
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head
-from engine.tasks import get_task, sensed
+from engine.tasks import sensed
 from engine.tasks.squeezing import SENSOR_RANGE
 
 SKETCH: Final = "tsmr_robot"
@@ -88,12 +88,12 @@ def fill_in(template: str, values: Mapping[str, object]) -> str:
 def start_inputs(config: RunConfig, evaluation: Evaluation) -> np.ndarray:
     """Return what the controller senses as the first trial begins, (inputs,)."""
     loop = repeat_trial(config, evaluation, target=0, repeat=0)
-    return sensed(get_task(config.task), loop.view(), loop.sim.alive)[0, 0]
+    return sensed(task_of(config), loop.view(), loop.sim.alive)[0, 0]
 
 
 def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarray) -> dict[str, object]:
     """Return the values of the templates' names."""
-    solution, task, physics = evaluation.solution, get_task(config.task), config.physics
+    solution, task, physics = evaluation.solution, task_of(config), config.physics
     n = solution.morphology.n_modules
     head = Head.of(solution.morphology, evaluation.head_is_end)
     rate = round(1.0 / physics.control_period)
@@ -131,8 +131,15 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
             _data(f"sensing_{own_functions.replace('-', '_')}.h"),
             {
                 "range": _number(SENSOR_RANGE),
-                "names": "\n".join(f"//   inputs[{i}]: {_comment(s)}" for i, s in enumerate(task.inputs)),
+                "names": "\n".join(
+                    f"//   inputs[{i}]: {_comment(s)}" + (f", times {unit:g}" if unit != 1.0 else "")
+                    for i, (s, unit) in enumerate(zip(task.inputs, task.units, strict=True))
+                ),
                 "task": task.name,
+                **{
+                    f"unit_{i}": "" if unit == 1.0 else f"tsmr::real({_number(unit)}) * "
+                    for i, unit in enumerate(task.units)
+                },
             },
         ).rstrip(),
     }

@@ -110,8 +110,10 @@ class DumpReplay:
         lengths = np.clip(np.nan_to_num(controls, nan=1.0), 0.0, 1.0)
         lengths = lengths.reshape(self.morphology.n_modules, -1)
         time = self.start_time + (len(self.frames) + 1) * self.frame_period
-        contacts = self._contacts.find(data.qpos)
-        self.frames.append(ReplayFrame.of(time, data.qpos, lengths, self.head, contacts=contacts))
+        pose = data.qpos.astype(np.float32).reshape(len(lengths), -1, 7)
+        head = pose[self.head.module, list(self.head.front), :2].mean(axis=0)
+        find_contacts = self._contacts.later(data.qpos.copy())
+        self.frames.append(ReplayFrame(time, pose, lengths.astype(np.float32), head, find_contacts))
 
 
 def _warnings(data: mujoco.MjData) -> np.ndarray:

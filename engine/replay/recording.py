@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
 import mujoco
@@ -32,7 +33,7 @@ class ReplayFrame:
         pose: (modules, 6, 7) float32 positions (m) and quaternions (w, x, y, z) of the rods.
         lengths: (modules, 5) float32 commanded lengths of the internal cables, in m.
         head: (2,) float32 horizontal position of the head, in m.
-        contacts: (n, 3) float32 points where it touches the ground or a wall, in m.
+        find_contacts: returns the contacts; it may take a moment at the first call.
         sensed: (inputs,) what its controller sensed at the last update, None before the trial begins.
     """
 
@@ -40,39 +41,13 @@ class ReplayFrame:
     pose: np.ndarray
     lengths: np.ndarray
     head: np.ndarray
-    contacts: np.ndarray
+    find_contacts: Callable[[], np.ndarray]
     sensed: np.ndarray | None = None
 
-    @classmethod
-    def of(
-        cls,
-        time: float,
-        qpos: np.ndarray,
-        lengths: np.ndarray,
-        head: Head,
-        *,
-        contacts: np.ndarray,
-        sensed: np.ndarray | None = None,
-    ) -> ReplayFrame:
-        """Take a frame.
-
-        Args:
-            time: of the trial's clock, in s.
-            qpos: (modules x 42,) generalised coordinates.
-            lengths: (modules, 5) commanded lengths of the internal cables, in m.
-            head: which end of the robot is its head.
-            contacts: (n, 3) points where it touches the world, in m.
-            sensed: (inputs,) what its controller sensed last, None before the trial begins.
-        """
-        pose = qpos.reshape(len(lengths), -1, 7).astype(np.float32)
-        return cls(
-            time=time,
-            pose=pose,
-            lengths=lengths.astype(np.float32),
-            head=pose[head.module, list(head.front), :2].mean(axis=0),
-            contacts=contacts,
-            sensed=None if sensed is None else sensed.copy(),
-        )
+    @property
+    def contacts(self) -> np.ndarray:
+        """(n, 3) float32 points where it touches the ground or a wall, in m."""
+        return self.find_contacts()
 
 
 class Playable(Protocol):
@@ -187,7 +162,7 @@ def between(one: ReplayFrame, other: ReplayFrame, part: float) -> ReplayFrame:
         pose=pose,
         lengths=mix(one.lengths, other.lengths, part),
         head=mix(one.head, other.head, part),
-        contacts=nearer.contacts,
+        find_contacts=nearer.find_contacts,
         sensed=nearer.sensed,
     )
 
@@ -210,7 +185,7 @@ def mix(one: np.ndarray, other: np.ndarray, part: float) -> np.ndarray:
 
 
 class ContactFinder:
-    """Finds the contacts of a robot in a pose, without touching its simulation.
+    """Finds the contacts of a robot in a pose, without touching its simulation. Threads may share it.
 
     It takes 0.03 ms for ten modules. MuJoCo's collision detection does the work, so these are the contacts
     that a simulation has in that pose.
@@ -222,6 +197,7 @@ class ContactFinder:
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self._data = mujoco.MjData(model)
+        self._mutex = threading.Lock()
         self._of_world = model.body_weldid[model.geom_bodyid] == 0
 
     def find(self, qpos: np.ndarray) -> np.ndarray:
@@ -231,9 +207,29 @@ class ContactFinder:
             qpos: (nq,) generalised coordinates.
         """
         data = self._data
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(self.model, data)
-        mujoco.mj_comPos(self.model, data)
-        mujoco.mj_collision(self.model, data)
-        with_world = self._of_world[data.contact.geom].any(axis=1)
-        return data.contact.pos[with_world].astype(np.float32)
+        with self._mutex:
+            data.qpos[:] = qpos
+            mujoco.mj_kinematics(self.model, data)
+            mujoco.mj_comPos(self.model, data)
+            mujoco.mj_collision(self.model, data)
+            with_world = self._of_world[data.contact.geom].any(axis=1)
+            return data.contact.pos[with_world].astype(np.float32)
+
+    def later(self, qpos: np.ndarray) -> Callable[[], np.ndarray]:
+        """Return a function that finds the contacts at its first call, and then remembers them."""
+        return _FoundLater(self, qpos)
+
+
+class _FoundLater:
+    """Contacts of one pose; a replay has a thousand of them, most of which nobody looks at."""
+
+    __slots__ = ("_finder", "_found", "_qpos")
+
+    def __init__(self, finder: ContactFinder, qpos: np.ndarray) -> None:
+        self._finder, self._qpos = finder, qpos
+        self._found: np.ndarray | None = None
+
+    def __call__(self) -> np.ndarray:
+        if self._found is None:
+            self._found = self._finder.find(self._qpos)
+        return self._found

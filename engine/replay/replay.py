@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import threading
 from typing import Final, Self
 
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import Cancelled, InvalidData, TaskError
-from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
+from engine.replay.frames import FrameMaker
+from engine.replay.recording import UPDATES_PER_FRAME, ReplayFrame
 from engine.replay.trial import Aim, TrialChoice
-from engine.simulation.batch import Simulations
+from engine.simulation.batch import SPAN, Span, SpanObserver
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
-from engine.simulation.rollout import BatchObserver, Head, RollOut
+from engine.simulation.rollout import Head, RollOut
 from engine.simulation.trials import fresh_number, start_trials, trials_of
 from engine.tasks import get_task
 from engine.tasks.walls import Wall
@@ -33,7 +35,7 @@ def repeat_trial(
     repeat: int,
     fresh: int = 0,
     aim: Aim | None = None,
-    observer: BatchObserver | None = None,
+    observer: SpanObserver | None = None,
 ) -> RollOut:
     """Settle a robot and return it ready for one of its trials, exactly as it was evaluated.
 
@@ -46,7 +48,7 @@ def repeat_trial(
         aim: a place for the target other than the task's.
         observer: sees the robot settle.
     """
-    solution, task = evaluation.solution, get_task(config.task)
+    solution, task = evaluation.solution, task_of(config)
     trial = trials_of(task, solution.morphology.n_modules, config.trials.repeats)[
         target * config.trials.repeats + repeat
     ]
@@ -77,6 +79,7 @@ class Replay:
         target, repeat: which of its trials.
         fresh: 0 for the noise that it was evaluated with; each of 1 to ``MAX_FRESH`` draws other noise.
         aim: a place for the target other than the task's; walls and noise stay those of ``target``.
+        observer: sees every control update, too, from the drop on.
 
     Raises:
         InvalidData: there is no such target, repeat or noise, or today's robots do not survive the run's
@@ -92,6 +95,7 @@ class Replay:
         repeat: int = 0,
         fresh: int = 0,
         aim: Aim | None = None,
+        observer: SpanObserver = lambda _span: None,
     ) -> None:
         task = get_task(config.task)
         if not 0 <= target < task.n_targets:
@@ -116,7 +120,12 @@ class Replay:
         self.failure: str | None = None
         self.head = Head.of(evaluation.solution.morphology, evaluation.head_is_end)
         self._loop: RollOut | None = None
-        self._contacts: ContactFinder | None = None
+        self._observer = observer
+        self._maker = FrameMaker(
+            self.head,
+            settle_time=config.trials.settle_time,
+            control_period=config.physics.control_period,
+        )
         self._cancelled = threading.Event()
         self._advancing = threading.Lock()
 
@@ -198,14 +207,11 @@ class Replay:
                 if self._loop is None:
                     self._start()
                 assert self._loop is not None
-                period = self.config.physics.control_period
-                while self.failure is None:
-                    elapsed = self._loop.sim.time - self.settle_time
-                    if elapsed > until - period / 2:
-                        break
-                    self._loop.update()
-                    self._observe(self._loop.sim)
-                    if abs(elapsed + period - self.trial_time) < period / 2:
+                while self.failure is None and (n := self._updates_to(until)) > 0:
+                    to_end = self._updates_to(self.trial_time)
+                    n = min(n, SPAN, to_end) if to_end > 0 else min(n, SPAN)
+                    self._take(self._loop.advance(n))
+                    if n == to_end:
                         self.score = float(self._loop.scores()[0, 0])
             except Cancelled:
                 return
@@ -220,29 +226,23 @@ class Replay:
             repeat=self.repeat,
             fresh=self.fresh,
             aim=self.aim,
-            observer=self._observe,
+            observer=self._take,
         )
         # the drawing code takes the target as the sign that the world is complete
         self.walls = self._loop.walls[0][0]
         self.target = self._loop.targets[0, 0]
 
-    def _observe(self, sim: Simulations) -> None:
+    def _updates_to(self, moment: float) -> int:
+        """Return how many control updates there are until a time of the trial's clock, in s."""
+        assert self._loop is not None
+        left = moment + self.settle_time - self._loop.sim.time
+        return math.ceil(left / self.config.physics.control_period - 0.5)
+
+    def _take(self, span: Span) -> None:
+        """Keep the frames of the next control updates."""
         if self._cancelled.is_set():
             raise Cancelled
-        self.failure = None if sim.failures[0] is None else str(sim.failures[0])
-        if sim.n_updates % UPDATES_PER_FRAME:
-            return
-        model, qpos = sim.model(0), sim.qpos[0, 0]
-        if self._contacts is None or self._contacts.model is not model:  # walls have gone up
-            self._contacts = ContactFinder(model)
-        sensed = None if self._loop is None else self._loop.sensed
-        self.frames.append(
-            ReplayFrame.of(
-                sim.time - self.settle_time,
-                qpos,
-                sim.commanded[0, 0],
-                self.head,
-                contacts=self._contacts.find(qpos),
-                sensed=None if sensed is None else sensed[0, 0],
-            )
-        )
+        self.frames += self._maker.frames(span)
+        self._observer(span)
+        failure = span.sim.failures[0]
+        self.failure = None if failure is None else str(failure)

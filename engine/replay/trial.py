@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from engine.errors import InvalidData
+from engine.exact import cosine_and_sine
 from engine.tasks import bearing_name
 
 NEAREST: Final = 5
@@ -75,8 +76,7 @@ class Aim:
     @property
     def offset(self) -> np.ndarray:
         """(2,) its position in the settled head's frame: x ahead, y left, in m."""
-        angle = math.radians(self.bearing)
-        return self.distance / 100 * np.array([math.cos(angle), math.sin(angle)])
+        return self.distance / 100 * np.array(cosine_and_sine(math.radians(self.bearing)))
 
     @property
     def name(self) -> str:

@@ -12,15 +12,16 @@ from collections.abc import Callable
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import Cancelled, InvalidData, TaskError
-from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder, ReplayFrame
-from engine.simulation.batch import Simulations
+from engine.replay.frames import FrameMaker
+from engine.replay.recording import UPDATES_PER_FRAME, ReplayFrame
+from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import Head, RollOut
 from engine.simulation.trials import start_trials, trials_of
-from engine.tasks import fitness, get_task
+from engine.tasks import fitness
 from engine.tasks.walls import Wall
 
 
@@ -41,7 +42,7 @@ class WhatIf:
     def __init__(self, config: RunConfig, evaluation: Evaluation, morphology: Morphology) -> None:
         check_timestep(config.physics)
         self.config, self.original, self.morphology = config, evaluation, morphology
-        task, trials = get_task(config.task), config.trials
+        task, trials = task_of(config), config.trials
         self._task = task
         self._shape = (task.n_targets, trials.repeats)
         self.frames: list[list[ReplayFrame]] = [[] for _ in range(task.n_targets)]
@@ -100,19 +101,11 @@ class WhatIf:
 
     def _run(self, progress: Callable[[], None]) -> None:
         config, physics, trials = self.config, self.config.physics, self.config.trials
-        settling: list[ReplayFrame] = []
-        finder: ContactFinder | None = None
-        unknown = Head.of(self.morphology, True)
+        settling: list[Span] = []
 
-        def settled_frame(sim: Simulations) -> None:
-            nonlocal finder
+        def settles(span: Span) -> None:
             self._check()
-            if sim.n_updates % UPDATES_PER_FRAME == 0:
-                finder = finder or ContactFinder(sim.model(0))
-                qpos, time = sim.qpos[0, 0], sim.time - trials.settle_time
-                settling.append(
-                    ReplayFrame.of(time, qpos, sim.commanded[0, 0], unknown, contacts=finder.find(qpos))
-                )
+            settling.append(span)
 
         n_targets, repeats = self._shape
         solution = self.original.solution
@@ -125,50 +118,49 @@ class WhatIf:
             task=self._task,
             physics=physics,
             times=trials,
-            observer=settled_frame,
+            observer=settles,
         )
         loop, (head,), (lost,) = started.loop, started.heads, started.head_search
         self.walls = [loop.walls[0][k * repeats] for k in range(n_targets)]
         self.head = head
+        maker = self._maker(head, 0)
+        before = [frame for span in settling for frame in maker.frames(span)]
         for frames in self.frames:
-            frames += [_with_head(frame, head) for frame in settling]
+            frames += before
         # the drawing code takes the targets as the sign that the world is complete
         self.targets = loop.targets[0, ::repeats]
         self._note(loop)
-        finders = [ContactFinder(loop.sim.model(k * repeats)) for k in range(n_targets)]
-        n = round(trials.trial_time / physics.control_period)
-        per_second = round(1.0 / physics.control_period)
-        for k in range(n):
+        makers = [self._maker(head, k * repeats) for k in range(n_targets)]
+        n, done = round(trials.trial_time / physics.control_period), 0
+        while done < n and loop.sim.alive.any():
             self._check()
-            loop.update()
-            self.time = (k + 1) * physics.control_period
-            if loop.sim.n_updates % UPDATES_PER_FRAME == 0:
-                self._record(loop, head, finders)
-            if (k + 1) % per_second == 0 and k + 1 < n:
+            span = loop.advance(min(round(1.0 / physics.control_period), n - done))
+            done += len(span.updates)
+            self.time = done * physics.control_period
+            self._record(span, makers)
+            if done < n:
                 self._note(loop)
                 progress()
-            if not loop.sim.alive.any():
-                break
         self._note(loop)
         failures = [None if f is None else str(f) for f in loop.sim.failures]
         self.failure = next((f for f in (None if lost is None else str(lost), *failures) if f), None)
         self.finished = True
 
-    def _record(self, loop: RollOut, head: Head, finders: list[ContactFinder]) -> None:
-        """Keep a frame of the first noise seed of every target."""
-        sim, repeats = loop.sim, self._shape[1]
-        for k, finder in enumerate(finders):
-            copy = k * repeats
-            if sim.failures[copy] is not None:
-                self.failures[k] = str(sim.failures[copy])
-                continue
-            qpos = sim.qpos[0, copy]
-            sensed = None if loop.sensed is None else loop.sensed[0, copy]
-            self.frames[k].append(
-                ReplayFrame.of(
-                    self.time, qpos, sim.commanded[0, copy], head, contacts=finder.find(qpos), sensed=sensed
-                )
-            )
+    def _maker(self, head: Head, copy: int) -> FrameMaker:
+        config = self.config
+        return FrameMaker(
+            head,
+            settle_time=config.trials.settle_time,
+            control_period=config.physics.control_period,
+            copy=copy,
+        )
+
+    def _record(self, span: Span, makers: list[FrameMaker]) -> None:
+        """Keep the frames of the first noise seed of every target."""
+        for k, maker in enumerate(makers):
+            self.frames[k] += maker.frames(span)
+            failure = span.sim.failures[k * self._shape[1]]
+            self.failures[k] = None if failure is None else str(failure)
 
     def _note(self, loop: RollOut) -> None:
         self.scores = loop.scores()[0].reshape(self._shape).copy()
@@ -248,15 +240,3 @@ class WhatIfReplay:
 
     def advance(self, until: float) -> None:
         """Do nothing: the ``WhatIf`` simulates all targets, to their end."""
-
-
-def _with_head(frame: ReplayFrame, head: Head) -> ReplayFrame:
-    """Return a frame with the head at the end where it was found."""
-    return ReplayFrame(
-        time=frame.time,
-        pose=frame.pose,
-        lengths=frame.lengths,
-        head=frame.pose[head.module, list(head.front), :2].mean(axis=0),
-        contacts=frame.contacts,
-        sensed=frame.sensed,
-    )

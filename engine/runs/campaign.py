@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,7 +15,7 @@ from engine.files import read_toml
 from engine.storage.schema import SUFFIX
 
 MAX_RUNS: Final = 10_000
-_TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "config", "variants")
+_TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "repetitions", "config", "variants")
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,40}")
 
 
@@ -40,12 +41,13 @@ def read_campaign(path: Path) -> list[PlannedRun]:
 
 
 def plan(data: dict[str, Any]) -> list[PlannedRun]:
-    """Return the runs of a campaign, ordered by seed.
+    """Return the runs of a campaign, one repetition of all its kinds after the other.
 
     Args:
-        data: ``tasks``, ``algorithms`` and ``seeds``, each a list; optionally ``preset``, and ``config``
-            with fields that all runs share. ``algorithms`` may also name entries of
-            ``variants``: tables of further fields, one of them ``algorithm``.
+        data: ``tasks`` and ``algorithms``, each a list, and ``seeds``, a list that every kind of run uses, or
+            ``repetitions``, how many runs of each kind there are, no two of the campaign with the same seed;
+            optionally ``preset``, and ``config`` with fields that all runs share. ``algorithms`` may also
+            name entries of ``variants``: tables of further fields, one of them ``algorithm``.
 
     Raises:
         InvalidData: a value is missing, unknown or does not fit the rest.
@@ -53,13 +55,12 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
     if unknown := set(data) - set(_TABLES):
         raise InvalidData(f"unknown {min(unknown)!r}; known are {', '.join(_TABLES)}")
     tasks, algorithms = (_names(data, key) for key in ("tasks", "algorithms"))
-    seeds = data.get("seeds")
-    if not isinstance(seeds, list) or not seeds or not all(type(s) is int for s in seeds):
-        raise InvalidData("seeds must be a list of whole numbers, such as [1, 2, 3]")
-    for key, values in (("tasks", tasks), ("algorithms", algorithms), ("seeds", seeds)):
+    for key, values in (("tasks", tasks), ("algorithms", algorithms)):
         if len(set(values)) < len(values):
             raise InvalidData(f"{key} names something twice")
-    if len(tasks) * len(algorithms) * len(seeds) > MAX_RUNS:
+    kinds = list(itertools.product(tasks, algorithms))
+    seeds = _seeds(data, len(kinds))
+    if len(seeds) * len(kinds) > MAX_RUNS:
         raise InvalidData(f"more than {MAX_RUNS} runs")
     chosen = data.get("preset", "paper")
     if not isinstance(chosen, str) or chosen not in PRESETS:
@@ -67,7 +68,7 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
     base = to_json(preset(chosen))
     common, variants = (_table(data, key) for key in ("config", "variants"))
     runs = []
-    for seed, task, algorithm in itertools.product(seeds, tasks, algorithms):
+    for (task, algorithm), seed in ((kind, s) for row in seeds for kind, s in zip(kinds, row, strict=True)):
         own = {"algorithm": algorithm}
         if algorithm in variants:
             own = _table(variants, algorithm)
@@ -76,6 +77,23 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
         fields = _merged(_merged(base, common), own) | {"task": task, "seed": seed}
         runs.append(PlannedRun(f"{task}_{algorithm}_{seed}{SUFFIX}", from_json(fields)))
     return runs
+
+
+def _seeds(data: dict[str, Any], n_kinds: int) -> list[Sequence[int]]:
+    """Return for each repetition the seeds of its runs."""
+    if ("seeds" in data) == ("repetitions" in data):
+        raise InvalidData("either seeds or repetitions must be given")
+    if "repetitions" in data:
+        n = data["repetitions"]
+        if type(n) is not int or not 1 <= n <= MAX_RUNS:
+            raise InvalidData(f"repetitions must be a whole number from 1 to {MAX_RUNS}, not {n!r}")
+        return [range(1 + k * n_kinds, 1 + (k + 1) * n_kinds) for k in range(n)]
+    seeds = data["seeds"]
+    if not isinstance(seeds, list) or not seeds or not all(type(s) is int for s in seeds):
+        raise InvalidData("seeds must be a list of whole numbers, such as [1, 2, 3]")
+    if len(set(seeds)) < len(seeds):
+        raise InvalidData("seeds names something twice")
+    return [[seed] * n_kinds for seed in seeds]
 
 
 def _names(data: dict[str, Any], key: str) -> list[str]:

@@ -83,8 +83,6 @@ def resume(
         InvalidData: it is not finished, and today's robots do not survive its physics.
     """
     with contextlib.ExitStack() as stack:
-        # The reader comes first: it opens and closes the file once more to look at its header, and
-        # closing any descriptor of a file drops the locks that this process holds on it.
         reader = stack.enter_context(RunReader(path))
         if reader.projection is not None:
             raise RunFileError(

@@ -12,7 +12,7 @@ from typing import Any
 from engine.search.algorithm import Recall
 from engine.search.archive import Cell, DeepGridArchive, GridArchive, cell_name, parse_cell
 from engine.search.axes import Axis
-from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
+from engine.search.descriptors import morphology_cell
 from engine.search.map_search import MapSearch
 from engine.search.trajectory_archive import TrajectoryArchive, morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
@@ -58,10 +58,11 @@ class DoubleMapMapElites(MapSearch):
 
     def _create_archives(self) -> None:
         self._morphology = morphology_archive(self._stiffness)
-        controller = GridArchive(shape=CONTROLLER_SHAPE)
+        shape = self._config.controller_cells
+        controller = GridArchive(shape=shape)
         if self._config.cell_capacity > 1:
             controller = DeepGridArchive(
-                shape=CONTROLLER_SHAPE, capacity=self._config.cell_capacity, rng=self._variation.rng
+                shape=shape, capacity=self._config.cell_capacity, rng=self._variation.rng
             )
         self._trajectories = TrajectoryArchive(
             archive=controller,

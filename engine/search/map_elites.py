@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import (
-    CONTROLLER_SHAPE,
     morphology_cell,
     morphology_shape,
     n_possible_morphology_cells,
@@ -40,11 +39,11 @@ class MapElites(MapSearch):
         return (*morphology_axes(self._stiffness), *self._trajectories.axes())
 
     def _create_archives(self) -> None:
-        n_controller_cells = CONTROLLER_SHAPE[0] * CONTROLLER_SHAPE[1]
+        cells = self._config.controller_cells
         self._trajectories = TrajectoryArchive(
             archive=GridArchive(
-                shape=(*morphology_shape(self._stiffness), *CONTROLLER_SHAPE),
-                n_possible=n_possible_morphology_cells(self._stiffness) * n_controller_cells,
+                shape=(*morphology_shape(self._stiffness), *cells),
+                n_possible=n_possible_morphology_cells(self._stiffness) * cells[0] * cells[1],
             ),
             first_axes=lambda e: morphology_cell(e.solution.morphology),
             refit_generations=self._config.refit_generations,

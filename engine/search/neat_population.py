@@ -33,7 +33,16 @@ from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 from neat.species import Species
 
-from engine.control.genome import N_OUTPUTS, Controller, Neat, from_genome, lend_random, to_genome
+from engine.control.genome import (
+    N_OUTPUTS,
+    PUBLISHED_RATES,
+    Controller,
+    Neat,
+    NeatRates,
+    from_genome,
+    lend_random,
+    to_genome,
+)
 from engine.errors import InvalidData
 
 MAX_STAGNATION: Final = 15
@@ -94,6 +103,7 @@ class NeatPopulation:
         elitism: how many of the best of each species survive unchanged.
         species_elitism: how many of the best species never die out.
         compatibility_threshold: genomes farther apart than this are of different species.
+        rates: how the controllers begin and mutate.
         rng: draws the first controllers.
     """
 
@@ -105,9 +115,10 @@ class NeatPopulation:
         elitism: int = 3,
         species_elitism: int = 2,
         compatibility_threshold: float = 2.85,
+        rates: NeatRates = PUBLISHED_RATES,
         rng: Random,
     ) -> None:
-        self._genome_config = Neat(n_inputs=n_inputs).config
+        self._genome_config = Neat(n_inputs=n_inputs, rates=rates).config
         self._genome_config.node_indexer = _Counter(N_OUTPUTS)
         self._config = _Config(
             pop_size=size,

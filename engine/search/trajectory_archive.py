@@ -12,7 +12,6 @@ from engine.body.morphology import StiffnessMode
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import (
-    CONTROLLER_SHAPE,
     TrajectoryDescriptor,
     morphology_shape,
     n_possible_morphology_cells,
@@ -63,7 +62,7 @@ class TrajectoryArchive:
         self._first_axes = first_axes
         self._refits = frozenset(refit_generations)
         self._sensory = sensory
-        self._descriptor = TrajectoryDescriptor(shape=CONTROLLER_SHAPE)
+        self._descriptor = TrajectoryDescriptor(shape=archive.shape[-2:])
 
     @property
     def fitted(self) -> bool:

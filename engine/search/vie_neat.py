@@ -25,7 +25,7 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from engine.body.morphology import StiffnessMode, random_morphology
+from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
@@ -33,7 +33,7 @@ from engine.search.axes import Axis
 from engine.search.descriptors import morphology_cell
 from engine.search.neat_population import NeatPopulation
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
-from engine.search.variation import restore_rng, rng_state
+from engine.search.variation import PUBLISHED, VariationConfig, restore_rng, rng_state
 from engine.search.viability import Candidate, Member, ViabilityPopulation
 from engine.simulation.evaluation import Evaluation, Solution
 
@@ -118,6 +118,7 @@ class VieNeat(Algorithm):
         stiffness: whether a body's modules share one stiffness.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
+        variation: the rates of bodies and controllers; the weights of its operators do not count.
 
     Raises:
         InvalidData: the budget is too small for the first generation.
@@ -131,6 +132,7 @@ class VieNeat(Algorithm):
         budget: int,
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
+        variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
         self._budget = budget
@@ -141,6 +143,7 @@ class VieNeat(Algorithm):
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
             draw=lambda rng: random_morphology(rng, stiffness),
+            mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body),
         )
         self._controllers = NeatPopulation(
             n_inputs=n_inputs,
@@ -148,6 +151,7 @@ class VieNeat(Algorithm):
             elitism=config.elitism,
             species_elitism=config.species_elitism,
             compatibility_threshold=config.compatibility_threshold,
+            rates=variation.neat,
             rng=self._rng,
         )
         self._archive = morphology_archive(stiffness)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final, Protocol, Self
 
 import mujoco
 import numpy as np
@@ -185,3 +186,70 @@ class Simulations(Protocol):
 
 BatchObserver = Callable[[Simulations], None]
 """Called after every control update; may raise to abandon the roll-out."""
+
+SPAN: Final = 50
+"""Control updates that are recorded at once: a second of them."""
+FIRST_SPAN: Final = 10
+"""Those that are recorded first: somebody waits to see the robot."""
+
+
+def spans(n_updates: int) -> Iterator[int]:
+    """Yield the lengths of the spans of control updates that begin with the drop."""
+    length = FIRST_SPAN
+    while n_updates > 0:
+        yield min(length, n_updates)
+        n_updates -= length
+        length = SPAN
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Span:
+    """K control updates of R robots in C copies, recorded at once.
+
+    A simulation that fails stays as it is until the span ends.
+
+    Attributes:
+        sim: the simulations.
+        end: control updates between the drop and the last of these, both included.
+        qpos: (K, R, C, 7 x rods) generalised coordinates after every update, in MuJoCo's order.
+        commanded: (K, R, C, modules, 5) commanded lengths of the internal cables, in m.
+        sensed: (K, R, C, inputs) what the controllers sensed, None while the robots settle.
+    """
+
+    sim: Simulations
+    end: int
+    qpos: np.ndarray
+    commanded: np.ndarray
+    sensed: np.ndarray | None
+
+    @classmethod
+    def of(cls, sim: Simulations, sensed: np.ndarray | None = None) -> Self:
+        """Return the span of the control update that simulations have just made.
+
+        Args:
+            sim: the simulations.
+            sensed: (R, C, inputs) what the controllers sensed.
+        """
+        told = None if sensed is None else sensed[None].copy()
+        return cls(sim, sim.n_updates, sim.qpos[None].copy(), sim.commanded[None].copy(), told)
+
+    @classmethod
+    def joined(cls, spans: Sequence[Self]) -> Self:
+        """Return spans of the same simulations, one after the other, as one."""
+        told = [s.sensed for s in spans if s.sensed is not None]
+        return cls(
+            spans[-1].sim,
+            spans[-1].end,
+            np.concatenate([s.qpos for s in spans]),
+            np.concatenate([s.commanded for s in spans]),
+            np.concatenate(told) if told else None,
+        )
+
+    @property
+    def updates(self) -> range:
+        """Numbers of the updates, counted from the drop; the first one after it is 1."""
+        return range(self.end - len(self.qpos) + 1, self.end + 1)
+
+
+SpanObserver = Callable[[Span], None]
+"""Called with one span after the other; may raise to abandon the roll-out."""

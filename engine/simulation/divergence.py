@@ -93,7 +93,7 @@ def speed_limit(robot: RobotModel) -> float:
     model, data = robot.model, mujoco.MjData(robot.model)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_energyPos(model, data)
-    pull = np.abs(model.actuator_forcerange).max(axis=1) @ data.actuator_length
+    pull = (np.abs(model.actuator_forcerange).max(axis=1) * data.actuator_length).sum()
     cables = model.tendon_stiffness[model.tendon_stiffness > 0.0]
     stiffest = cables.max() / cables.mean()
     energy = stiffest * (data.energy[0] + pull) / robot.n_modules

@@ -18,7 +18,7 @@ from engine.control.genome import Controller
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults
-from engine.simulation.trials import StartedTrials, TrialConfig, start_trials, trials_of
+from engine.simulation.trials import StartedTrials, TrialConfig, rounded, start_trials, trials_of
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
@@ -86,7 +86,7 @@ class Evaluation:
         fitness: in m, to be minimised; None if a simulation failed.
         distances: (targets, repeats) final distances in m, or the task's own scores.
         trajectory: (targets, seconds, 2) float32 head positions at 1 Hz in the settled head's frame,
-            averaged over the repeats, in m: the sensory data.
+            averaged over the repeats and rounded, in m: the sensory data.
         head_is_end: whether the chain's last module is the head.
         failure: why a simulation failed, or None.
     """
@@ -227,7 +227,7 @@ class LocalEvaluator:
             solution=solution,
             fitness=None if failure else fitness(distances),
             distances=distances,
-            trajectory=paths.mean(axis=1).astype(np.float32),
+            trajectory=rounded(paths.mean(axis=1), self._trials.trajectory_bits),
             head_is_end=head.is_end,
             failure=failure,
         )

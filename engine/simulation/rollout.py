@@ -21,7 +21,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.control.network import NetworkBatch
-from engine.simulation.batch import BatchObserver, SimulationBatch, Simulations
+from engine.simulation.batch import BatchObserver, SimulationBatch, Simulations, Span
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
@@ -190,8 +190,20 @@ class RollOut(Protocol):
     def update(self) -> None:
         """Sense, think, act for one control period."""
 
+    def advance(self, n_updates: int) -> Span:
+        """Do so for some control periods, at least one, and return what happened."""
+
     def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""
+
+
+def update_by_update(loop: RollOut, n_updates: int) -> Span:
+    """Return what ``loop.advance`` does, by as many calls of ``loop.update``."""
+    spans = []
+    for _ in range(n_updates):
+        loop.update()
+        spans.append(Span.of(loop.sim, loop.sensed))
+    return Span.joined(spans)
 
 
 class ClosedLoop:
@@ -284,6 +296,10 @@ class ClosedLoop:
         command = servo.command_angle(frequency, phase, self.sim.time)
         command = np.take_along_axis(command, self._order[:, None], axis=2)
         self.sim.step(servo.target_lengths(command) + self._noise.next())
+
+    def advance(self, n_updates: int) -> Span:
+        """Do so for some control periods, at least one, and return what happened."""
+        return update_by_update(self, n_updates)
 
     def run(self, duration: float = TRIAL_TIME, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""

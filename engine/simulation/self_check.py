@@ -25,7 +25,7 @@ from engine.tasks import GOAL_REACHING
 FILE: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"
 TOLERANCE: Final = 1e-4
 """Largest deviation in m that another instruction set may cause in this short time."""
-TRIALS: Final = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1.0)
+TRIALS: Final = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1.0, trajectory_bits=0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -11,11 +11,11 @@ import numpy as np
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.errors import InvalidData
+from engine.simulation.batch import Span, SpanObserver
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
-    BatchObserver,
     ClosedLoop,
     Head,
     RollOut,
@@ -27,6 +27,8 @@ from engine.tasks import SETTLE_TIME, TRIAL_TIME, Task, target_offsets, worlds
 from engine.tasks.walls import Wall
 
 MAX_REPEATS: Final = 100
+FINEST: Final = 30
+"""Largest number of binary digits that a head position is rounded to."""
 LONGEST: Final = 1000.0
 """Longest part of a trial in seconds: a replay keeps every frame, whatever a stranger's run asks for."""
 
@@ -43,8 +45,13 @@ class TrialConfig:
     """Seconds of open-loop motion that show which end is the head."""
     trial_time: float = TRIAL_TIME
     """Seconds a trial lasts."""
+    trajectory_bits: int = 14
+    """Head positions are rounded to 2 ** -trajectory_bits m, 0.06 mm unless changed, so that a run's file is
+    small; 0 keeps every digit."""
 
     def __post_init__(self) -> None:
+        if not 0 <= self.trajectory_bits <= FINEST:
+            raise InvalidData(f"trajectory_bits must be from 0 to {FINEST}, not {self.trajectory_bits}")
         if not 1 <= self.repeats <= MAX_REPEATS:
             raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {self.repeats}")
         for name, least in (("trial_time", 1.0), ("settle_time", 0.0), ("open_loop_time", 0.0)):
@@ -52,6 +59,14 @@ class TrialConfig:
                 raise InvalidData(
                     f"{name} must be from {least:g} to {LONGEST:g} s, not {getattr(self, name)}"
                 )
+
+
+def rounded(positions: np.ndarray, bits: int) -> np.ndarray:
+    """Return positions in m as float32, rounded to 2 ** -bits m, or not at all where that is 0."""
+    if bits:
+        # adding zero makes -0.0 an ordinary one
+        positions = np.ldexp(np.round(np.ldexp(positions, bits)), -bits) + 0.0
+    return positions.astype(np.float32)
 
 
 def fresh_number(number: int, sample: int) -> int:
@@ -132,7 +147,7 @@ def start_trials(
     times: TrialConfig,
     heads: Sequence[Head] | None = None,
     n_threads: int = 1,
-    observer: BatchObserver | None = None,
+    observer: SpanObserver | None = None,
 ) -> StartedTrials:
     """Let robots of one size settle, find their heads, and place targets and walls.
 
@@ -149,7 +164,7 @@ def start_trials(
         times: how long settling and head search last.
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
-        observer: sees the robots settle.
+        observer: sees the robots settle; the kernel shows it one robot after the other.
     """
     robots = build_robots(morphologies, physics)
     offsets = np.array([trial.offset for trial in trials])
@@ -182,7 +197,11 @@ def start_trials(
             lost,
         )
     settled = settle(
-        robots, physics=physics, n_threads=n_threads, duration=times.settle_time, observer=observer
+        robots,
+        physics=physics,
+        n_threads=n_threads,
+        duration=times.settle_time,
+        observer=None if observer is None else lambda sim: observer(Span.of(sim)),
     )
     lost = [None] * len(robots)
     if heads is None:

@@ -5,8 +5,9 @@ Files may come from strangers: what is read is checked, and nothing is unpickled
 - ``schema``: the tables, the format's version, the names of files beside a run.
 - ``rows``: evaluations, generations and ancestors as rows, and back.
 - ``lock``: which process writes a run.
-- ``writer``: the one process that writes it.
-- ``database``: opens a run file to read it. ``reader``: what it holds, finished or live.
+- ``raw``: a file's bytes, without opening it here. ``database``: opens a run file to read it.
+- ``rescue``: what if the file is removed while it is written. ``writer``: the one process that writes it.
+- ``reader``: what it holds, finished or live.
 - ``check``: finds what is wrong with a file. ``migration``: a copy of an older format in the present one.
 - ``salvage``, ``salvaged_tables``: what is left of a damaged file. ``recovery``: a new
   file from that. A run that was merely killed is resumed (``engine.runs``), not recovered.

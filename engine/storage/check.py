@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import os
 import shutil
 import sqlite3
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from engine.storage.schema import FORMAT_VERSION
 Verdict = Literal["ok", "note", "problem"]
 _SHOWN: Final = 5
 _CHUNK: Final = 200
+_COPY: Final = "copy {0} and {0}-wal to a folder that can be written to"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -211,6 +213,13 @@ def _lock(path: Path) -> Iterator[Finding]:
         live = False
     if live:
         yield Finding("ok", f"being written by {holder or 'a process that does not say its name'}")
+    elif file.exists() and not os.access(file.parent, os.W_OK):
+        yield Finding(
+            "note",
+            f"{file.name} is left from a process that ended without closing the run:"
+            f" {holder or 'it does not say its name'}",
+            f"nothing is lost; to continue, {_COPY.format(path.name)} and resume it there",
+        )
     elif file.exists() and holder is not None and not holder.is_here:
         yield Finding(
             "note",
@@ -233,10 +242,13 @@ def _leftovers(path: Path) -> Iterator[Finding]:
     log = path.with_name(path.name + "-wal")
     with contextlib.suppress(OSError):
         if (size := log.stat().st_size) and not lock_path(path).exists():
+            fold = f"tensatlas resume {path} folds it in"
+            if not os.access(path.parent, os.W_OK):
+                fold = f"to continue the run, {_COPY.format(path.name)} and resume it there"
             yield Finding(
                 "note",
                 f"{log.name} beside it holds {size / 1e6:.1f} MB that are part of the run",
-                f"keep both together when copying; tensatlas resume {path} folds it in",
+                f"keep both together when copying; {fold}",
             )
     part = path.with_name(path.name + ".part")
     if part.exists():

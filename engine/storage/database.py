@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sqlite3
+import stat
+import tempfile
 import threading
 import urllib.parse
 from collections.abc import Iterable
@@ -19,6 +22,8 @@ from engine.errors import (
     UnknownTask,
     one_line,
 )
+from engine.storage.lock import is_being_written
+from engine.storage.raw import raw_bytes, raw_copy
 from engine.storage.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
 
 CHUNK: Final = 500
@@ -39,7 +44,6 @@ class RunDatabase:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        _check_header(path)
         self._mutex = threading.Lock()
         self._db = connect(path)
         try:
@@ -132,25 +136,98 @@ def connect(path: Path) -> sqlite3.Connection:
     Raises:
         RunFileError: it cannot be read.
     """
-    where = urllib.parse.quote(str(path.absolute()))
-    error: Exception | None = None
-    modes = ["mode=ro"]
-    if not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists():
-        # SQLite cannot lock a file there, and no process can be changing it
-        modes.append("mode=ro&immutable=1")
-    for options in modes:
+    _check_file(path)
+    where = f"file:{urllib.parse.quote(str(path.absolute()))}?mode=ro"
+    try:
+        return _opened(where)
+    except (sqlite3.Error, UnicodeDecodeError) as e:
+        error = e
+    if _code(error) in _NO_ROOM_BESIDE and not is_being_written(path):
         try:
-            db = sqlite3.connect(f"file:{where}?{options}", uri=True, timeout=30.0, check_same_thread=False)
-            db.row_factory = sqlite3.Row
-            db.execute("PRAGMA trusted_schema=OFF")
-            db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
-            return db
+            return _copied(path) if _has_log(path) else _opened(f"{where}&immutable=1")
+        except OSError as e:
+            raise RunFileError(
+                f"{path} cannot be read where it is, because nothing can be written beside it, nor copied to"
+                f" {tempfile.gettempdir()}: {e.strerror or e}; copy it and {path.name}-wal to another folder"
+            ) from None
         except (sqlite3.Error, UnicodeDecodeError) as e:
             error = e
-    raise _unreadable(path, error)
+    raise _not_opened(path, error)
 
 
-def _unreadable(path: Path, error: Exception | None) -> RunFileError:
+_NO_ROOM_BESIDE: Final = (
+    sqlite3.SQLITE_CANTOPEN,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR,
+)
+"""How SQLite fails where it cannot make the files that it shares with other readers."""
+
+
+def _opened(where: str) -> sqlite3.Connection:
+    db = sqlite3.connect(where, uri=True, timeout=30.0, check_same_thread=False)
+    try:
+        db.row_factory = sqlite3.Row
+        db.execute("PRAGMA trusted_schema=OFF")
+        db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
+    except BaseException:
+        db.close()
+        raise
+    return db
+
+
+def _copied(path: Path) -> sqlite3.Connection:
+    """Open a copy of a run whose log cannot be read where it is, as on read-only media.
+
+    Raises:
+        OSError: there is no room for it.
+    """
+    with tempfile.TemporaryDirectory(prefix="tensatlas-") as folder:
+        copy = Path(folder) / "run"
+        for suffix in ("", "-wal"):
+            raw_copy(path.with_name(path.name + suffix), copy.with_name(copy.name + suffix))
+        db = _opened(f"file:{urllib.parse.quote(str(copy))}")
+        try:
+            db.execute("PRAGMA journal_mode=DELETE")  # the file alone is the run now
+            db.execute("PRAGMA query_only=ON")
+        except sqlite3.Error:
+            db.close()
+            raise
+        return db  # an open file outlives its name
+
+
+def _has_log(path: Path) -> bool:
+    try:
+        return path.with_name(path.name + "-wal").stat().st_size > 0
+    except OSError:
+        return False
+
+
+def _code(error: Exception) -> int:
+    """Return SQLite's number of an error, without the part that says which kind of it."""
+    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
+
+
+def _check_file(path: Path) -> None:
+    """Make sure that there is a file that can hold a run. It is not opened: see ``engine.storage.raw``."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        raise RunFileError(f"{path} does not exist") from None
+    except OSError as e:
+        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
+    obstacle = (
+        errno.EISDIR if stat.S_ISDIR(found.st_mode) else 0 if os.access(path, os.R_OK) else errno.EACCES
+    )
+    if obstacle:
+        raise RunFileError(f"{path} cannot be read: {os.strerror(obstacle)}")
+    if not stat.S_ISREG(found.st_mode):
+        raise RunFileError(f"{path} is not a TensAtlas run file")
+    if not found.st_size:
+        raise RunFileError(f"{path} is empty")
+
+
+def _unreadable(path: Path, error: Exception) -> RunFileError:
     """Return the error for a run that SQLite cannot read: damage, or an obstacle such as permissions."""
     in_the_way = (sqlite3.OperationalError, sqlite3.ProgrammingError, OverflowError)
     text = one_line(str(error))[:200] or "it asks for more memory than there is"
@@ -159,22 +236,20 @@ def _unreadable(path: Path, error: Exception | None) -> RunFileError:
     return DamagedRunFile(path, f"cannot be read: {text}")
 
 
-def _check_header(path: Path) -> None:
+def _not_opened(path: Path, error: Exception) -> RunFileError:
+    """Return the error for a file that SQLite does not open; its first bytes say more than SQLite does."""
+    if _code(error) not in (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT):
+        return _unreadable(path, error)
     try:
-        size = path.stat().st_size
-        with open(path, "rb") as f:
-            header = f.read(4096)
-    except FileNotFoundError:
-        raise RunFileError(f"{path} does not exist") from None
+        header, size = raw_bytes(path, 4096), path.stat().st_size
     except OSError as e:
-        raise RunFileError(f"{path} cannot be read: {e.strerror}") from None
-    if not size:
-        raise RunFileError(f"{path} is empty")
+        return RunFileError(f"{path} cannot be read: {e.strerror}")
     if not header.startswith(_HEADER) or len(header) < 100:
         if b"CREATE TABLE evaluations" in header:
-            raise DamagedRunFile(path, "is damaged: its first bytes are wrong")
-        raise RunFileError(f"{path} is not a TensAtlas run file")
+            return DamagedRunFile(path, "is damaged: its first bytes are wrong")
+        return RunFileError(f"{path} is not a TensAtlas run file")
     page = int.from_bytes(header[16:18], "big")
     expected = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
     if size < expected and not path.with_name(path.name + "-wal").exists():
-        raise DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
+        return DamagedRunFile(path, f"is cut short: {size} of {expected} bytes")
+    return _unreadable(path, error)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from engine.errors import RunFileError
+from engine.storage.database import connect
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
 from engine.storage.rows import digest
@@ -47,9 +48,8 @@ def migrate(path: Path, out: Path) -> int:
         if out.exists():
             raise RunFileError(f"{out} exists; choose another name for the copy")
         part.unlink(missing_ok=True)
-        where = f"{path.absolute().as_uri()}?mode=ro"
         with (
-            contextlib.closing(sqlite3.connect(where, uri=True)) as old,
+            contextlib.closing(connect(path)) as old,
             contextlib.closing(sqlite3.connect(part, isolation_level=None)) as new,
         ):
             old.backup(new)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from engine.errors import RunFileError
+from engine.storage.raw import raw_bytes
 
 PAGE: Final = 4096
 """Bytes of a page of a run file."""
@@ -71,7 +72,7 @@ def salvage(path: Path) -> Salvage:
         RunFileError: the file is missing or cannot be read at all.
     """
     try:
-        content = path.read_bytes()
+        content = raw_bytes(path)
         log = path.with_name(path.name + "-wal")
         frames = log.read_bytes() if log.exists() else b""
     except OSError as e:

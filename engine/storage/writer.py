@@ -25,6 +25,7 @@ from engine.search.archive import cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer, Origin
 from engine.storage.lock import RunLock, is_being_written, lock_path
+from engine.storage.rescue import Place, rescue
 from engine.storage.rows import digest, from_row, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, SUFFIX, TABLES
 
@@ -42,6 +43,8 @@ class RunWriter:
         self.path = path
         self._db = connection
         self._lock = lock
+        self._place = Place(path, connection)
+        self._lost = False
         self._placed: dict[tuple[str, str], int] = {}
         self._documents = connection.execute("PRAGMA user_version").fetchone()[0] > 1
 
@@ -239,18 +242,34 @@ class RunWriter:
         self._placed = held
 
     def close(self) -> None:
-        """Fold the write-ahead log into the file, so that the file alone is the run, and release the lock."""
-        with contextlib.suppress(sqlite3.Error):
-            self._db.execute(f"PRAGMA busy_timeout={CLOSE_PATIENCE}")
-            # refused while another process reads; then the log stays beside the file until the next close
-            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            self._db.execute("PRAGMA journal_mode=DELETE")
-        self._db.close()
+        """Fold the write-ahead log into the file, so that the file alone is the run, and release the lock.
+
+        Raises:
+            RunFileError: the file is not there any more; what was finished is saved elsewhere, if it can be.
+        """
+        error = None
+        if not self._lost and (happened := self._place.lost()):
+            error = self._rescued(happened)
+        if self._lost:
+            self._place.leave()
+        else:
+            with contextlib.suppress(sqlite3.Error):
+                self._db.execute(f"PRAGMA busy_timeout={CLOSE_PATIENCE}")
+                # refused while another process reads; then the log stays beside the file until the next close
+                self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+                self._db.execute("PRAGMA journal_mode=DELETE")
+            self._db.close()
         self._lock.release()
+        if error is not None:
+            raise error
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
-        self._lock.check()
+        happened = self._place.lost()
+        if happened is None:
+            self._lock.check()
+        else:
+            self._place.keep_out()
         try:
             self._db.execute("BEGIN IMMEDIATE")
             yield
@@ -258,9 +277,25 @@ class RunWriter:
         except BaseException as e:  # Ctrl-C too must not leave a transaction open
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("ROLLBACK")
-            if isinstance(e, sqlite3.Error):
-                raise unwritable(self.path, e) from e
-            raise
+            if happened is None:
+                if isinstance(e, sqlite3.Error):
+                    raise unwritable(self.path, e) from e
+                raise
+        if happened is not None:
+            raise self._rescued(happened)
+        self._place.note()
+
+    def _rescued(self, happened: str) -> RunFileError:
+        """Save a lost file, what was to be added to it included; return what to tell the user."""
+        self._lost = True
+        text = f"{self.path} {happened} while this process wrote it"
+        try:
+            saved = rescue(self.path, self._db)
+        except RunFileError as e:
+            return RunFileError(f"{text}, and {e}")
+        return RunFileError(
+            f"{text}; what was finished is saved in {saved}: continue with 'tensatlas resume {saved}'"
+        )
 
 
 def sync_folder(path: Path) -> None:
@@ -293,6 +328,9 @@ def unwritable(path: Path, error: Exception) -> RunFileError:
             if path.exists()
             else "; make room there"
         )
+    elif path.exists() and not os.access(path.parent, os.W_OK):
+        log = path.with_name(path.name + "-wal")
+        reason += f"; copy it{f' and {log.name}' * log.exists()} to a folder that can be written to"
     return RunFileError(f"{path} cannot be written: {reason}")
 
 

@@ -18,6 +18,7 @@ from engine.tasks.squeezing import SQUEEZING
 from engine.tasks.task import (
     SETTLE_TIME,
     TRIAL_TIME,
+    Sensors,
     Task,
     bearing_name,
     fitness,
@@ -38,6 +39,7 @@ __all__ = [
     "TASKS_VARIABLE",
     "TRIAL_TIME",
     "GroundFrame",
+    "Sensors",
     "Task",
     "View",
     "Wall",

@@ -12,16 +12,19 @@ from engine.tasks.view import View
 
 
 def _sense(view: View) -> np.ndarray:
-    # the published networks take centimetres
     distance, bearing = view.to_target()
-    return np.stack([100.0 * distance, bearing], axis=-1)
+    return np.stack([distance, bearing], axis=-1)
 
+
+_DISTANCE: Final = 0.45
 
 GOAL_REACHING: Final = Task(
     name="goal-reaching",
     summary="crawl to a target 45 cm away on an open plane",
     inputs=("distance", "bearing"),
     sense=_sense,
-    target_distance=0.45,
+    units=(100.0, 1.0),
+    relative_units=(1.0 / _DISTANCE, 1.0 / math.pi),
+    target_distance=_DISTANCE,
     target_bearings=(math.pi / 2, math.pi / 4, -math.pi / 4, -math.pi / 2),
 )

@@ -15,11 +15,12 @@ from typing import Final
 import numpy as np
 
 from engine.body import module as t
+from engine.exact import cosine_and_sine, length
 from engine.tasks.task import Task
 from engine.tasks.view import View
 from engine.tasks.walls import Wall
 
-MODULE_LENGTH: Final = 2.0 * float(np.linalg.norm(t.NODES[0]))
+MODULE_LENGTH: Final = 2.0 * float(length(t.NODES[0]))
 """Diameter of a module as built, 11.11 cm, from which the published walls are derived."""
 THICKNESS: Final = 1.5 * MODULE_LENGTH
 """Thickness of every wall, in m; in the front wall, the length of the aperture."""
@@ -36,6 +37,8 @@ BONUS: Final = 0.04
 """Deducted from the final distance, in m."""
 
 _DISTANCE: Final = 0.6
+_GATE_DISTANCE: Final = 0.1583
+"""How far the entrance is from where the head begins, in m; rounded, as cosines differ between machines."""
 _BEARINGS: Final = (math.radians(5.0), -math.radians(5.0))
 
 
@@ -51,8 +54,7 @@ def walls(target: int, n_modules: int) -> tuple[Wall, ...]:
     aperture is centred on the target's sideways position. The middles of the other walls are at
     b = max(that, two nominal robot lengths, the sideways position) + 4 cm.
     """
-    x = _DISTANCE * math.cos(_BEARINGS[target])
-    y = _DISTANCE * math.sin(_BEARINGS[target])
+    x, y = (_DISTANCE * part for part in cosine_and_sine(_BEARINGS[target]))
     half = THICKNESS / 2.0
     front = x / 4.0 + half
     b = max(front, 2.0 * n_modules * MODULE_LENGTH, abs(y)) + MARGIN
@@ -80,9 +82,9 @@ def _sense(view: View) -> np.ndarray:
     past = view.position[..., 0] > gate[..., 0]
     return np.stack(
         [
-            100.0 * distance,
+            distance,
             bearing,
-            100.0 * np.where(past, -gate_distance, gate_distance),
+            np.where(past, -gate_distance, gate_distance),
             gate_bearing,
             view.clearance <= SENSOR_RANGE,
         ],
@@ -100,6 +102,8 @@ SQUEEZING: Final = Task(
     summary="crawl to a target 60 cm away through an aperture of 8 cm",
     inputs=("distance", "bearing", "gate dist.", "gate bear.", "obstacle"),
     sense=_sense,
+    units=(100.0, 1.0, 100.0, 1.0, 1.0),
+    relative_units=(1.0 / _DISTANCE, 1.0 / math.pi, 1.0 / _GATE_DISTANCE, 1.0 / math.pi, 1.0),
     target_distance=_DISTANCE,
     target_bearings=_BEARINGS,
     walls=walls,

@@ -10,11 +10,12 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from engine.errors import InvalidData, TaskError
+from engine.exact import cosine_and_sine
 from engine.tasks.view import View
 from engine.tasks.walls import BURIED, MAX_WALLS, Wall
 from engine.tasks.watchdog import TIMEOUT_VARIABLE, TooLong, time_limit, timeout
@@ -25,6 +26,9 @@ TRIAL_TIME: Final = 40.0
 """Seconds a trial lasts after settling."""
 MAX_INPUTS: Final = 100
 MAX_TARGETS: Final = 20
+Sensors = Literal["centimetres", "relative"]
+"""Units of what the built-in tasks sense: centimetres and radians, as published, or parts of the distance at
+the start and of pi."""
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 
 
@@ -49,7 +53,6 @@ class Task:
         name: as on the command line and in run files: small letters, digits and dashes.
         inputs: a short name for every number that the controller senses.
         sense: called with a ``View`` before every control update; returns (robots, copies, inputs) numbers.
-            The published networks take centimetres and radians; very large numbers saturate a network.
         target_distance: from the settled head to each target, in m; d_init of the reported fitness
             f_s = d_init - fitness.
         target_bearings: of the targets, in rad.
@@ -59,6 +62,9 @@ class Task:
             long.
         score: called with a ``View`` of the final state; returns (robots, copies) numbers in m, to be
             minimised, like a distance.
+        units: per input the factor by which a network gets what ``sense`` returns; by default 1. Networks do
+            well with numbers from about -1 to 1: larger ones saturate their neurons.
+        relative_units: these factors in a run whose sensors are relative; by default ``units``.
         score_name: what the score is called.
         summary: the task in one line.
         file: the file it was loaded from; set by the loader.
@@ -75,6 +81,8 @@ class Task:
     names: tuple[str, ...] = ()
     walls: Callable[[int, int], Sequence[Wall]] = no_walls
     score: Callable[[View], np.ndarray] = remaining_distance
+    units: tuple[float, ...] = ()
+    relative_units: tuple[float, ...] = ()
     score_name: str = "final distance"
     summary: str = ""
     file: str = ""
@@ -93,6 +101,7 @@ class Task:
                     raise InvalidData(f"task {self.name}: {field} must be short texts, not {text!r}")
         if not 1 <= len(self.inputs) <= MAX_INPUTS:
             raise InvalidData(f"task {self.name}: 1 to {MAX_INPUTS} inputs, not {len(self.inputs)}")
+        self._set_units()
         if not 1 <= len(self.target_bearings) <= MAX_TARGETS:
             raise InvalidData(f"task {self.name}: 1 to {MAX_TARGETS} target_bearings")
         if self.names and len(self.names) != len(self.target_bearings):
@@ -107,6 +116,24 @@ class Task:
         for field in ("sense", "walls", "score"):
             if not callable(getattr(self, field)):
                 raise InvalidData(f"task {self.name}: {field} must be a function")
+
+    def _set_units(self) -> None:
+        object.__setattr__(self, "units", self.units or (1.0,) * len(self.inputs))
+        object.__setattr__(self, "relative_units", self.relative_units or self.units)
+        for field in ("units", "relative_units"):
+            factors = getattr(self, field)
+            if isinstance(factors, str) or not isinstance(factors, Sequence):
+                raise InvalidData(f"task {self.name}: {field} must be a tuple, not {factors!r:.80}")
+            if len(factors) != len(self.inputs):
+                raise InvalidData(f"task {self.name}: {len(factors)} {field} for {len(self.inputs)} inputs")
+            for f in factors:
+                if not isinstance(f, int | float) or not math.isfinite(f):
+                    raise InvalidData(f"task {self.name}: {field} are finite numbers, not {f!r:.80}")
+            object.__setattr__(self, field, tuple(map(float, factors)))
+
+    def sensing(self, sensors: Sensors) -> Task:
+        """Return this task as it is sensed in one of the units; the other's ``units`` are no longer known."""
+        return self if sensors == "centimetres" else dataclasses.replace(self, units=self.relative_units)
 
     @property
     def n_inputs(self) -> int:
@@ -126,8 +153,8 @@ class Task:
 
 def target_offsets(task: Task, bearings: Sequence[float] | None = None) -> np.ndarray:
     """Return the (targets, 2) target positions in the settled head's frame: x ahead, y left."""
-    angle = np.asarray(task.target_bearings if bearings is None else bearings)
-    return task.target_distance * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    bearings = task.target_bearings if bearings is None else bearings
+    return task.target_distance * np.array([cosine_and_sine(b) for b in bearings])
 
 
 def worlds(task: Task, n_modules: int) -> list[tuple[Wall, ...]]:
@@ -149,7 +176,7 @@ def worlds(task: Task, n_modules: int) -> list[tuple[Wall, ...]]:
 
 
 def sensed(task: Task, view: View, alive: np.ndarray) -> np.ndarray:
-    """Return what the controllers sense, (robots, copies, inputs).
+    """Return what the controllers sense, (robots, copies, inputs), in the task's units.
 
     Args:
         task: whose sensors.
@@ -159,7 +186,7 @@ def sensed(task: Task, view: View, alive: np.ndarray) -> np.ndarray:
     Raises:
         TaskError: the task's ``sense`` fails, or returns another shape or a number that is not finite.
     """
-    return _checked(task, "sense", view, (*view.shape, task.n_inputs), alive)
+    return _checked(task, "sense", view, (*view.shape, task.n_inputs), alive) * np.array(task.units)
 
 
 def scores(task: Task, view: View, alive: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from engine.exact import bearing, length
 from engine.tasks.walls import Obstacles, Wall
 
 
@@ -31,21 +32,22 @@ class GroundFrame:
     def of(cls, front: np.ndarray, rear: np.ndarray) -> GroundFrame:
         """Return the frames of heads whose front and rear faces are at (robots, 1, 2)."""
         ahead = front - rear
-        ahead = ahead / np.linalg.norm(ahead, axis=-1, keepdims=True)
+        ahead = ahead / length(ahead)[..., None]
         left = np.stack([-ahead[..., 1], ahead[..., 0]], axis=-1)
         return cls(front, np.stack([ahead, left], axis=-2))
 
     def to_world(self, points: np.ndarray) -> np.ndarray:
         """Convert (robots, copies, 2) points from the frame to the world."""
-        return self.origin + np.einsum("rcax,rca->rcx", self._axes_like(points), points)
+        return self.origin + (points[..., :1] * self.axes[..., 0, :] + points[..., 1:] * self.axes[..., 1, :])
 
     def from_world(self, points: np.ndarray) -> np.ndarray:
         """Convert (robots, copies, 2) points from the world to the frame."""
-        return np.einsum("rcax,rcx->rca", self._axes_like(points), points - self.origin)
+        return self.turned(points - self.origin)
 
     def turned(self, directions: np.ndarray) -> np.ndarray:
         """Convert (robots, copies, 2) directions from the world to the frame."""
-        return np.einsum("rcax,rcx->rca", self._axes_like(directions), directions)
+        products = self.axes * directions[..., None, :]
+        return products[..., 0] + products[..., 1]
 
     def place(self, robot: int, walls: Sequence[Wall]) -> tuple[Wall, ...]:
         """Convert walls from a robot's frame to the world."""
@@ -58,9 +60,6 @@ class GroundFrame:
                 Wall(centre=(float(at[0]), float(at[1]), w.centre[2]), half_size=w.half_size, yaw=w.yaw + yaw)
             )
         return tuple(placed)
-
-    def _axes_like(self, points: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(self.axes, (*points.shape[:2], *self.axes.shape[2:]))
 
 
 class View:
@@ -120,7 +119,7 @@ class View:
     def direction(self) -> np.ndarray:
         """(robots, copies, 2) direction of the head, of unit length."""
         facing = self._frame.turned(self._facing)
-        return facing / np.linalg.norm(facing, axis=-1, keepdims=True)
+        return facing / length(facing)[..., None]
 
     @functools.cached_property
     def height(self) -> np.ndarray:
@@ -143,7 +142,7 @@ class View:
     @functools.cached_property
     def distance(self) -> np.ndarray:
         """(robots, copies) from the head to the target."""
-        return np.linalg.norm(self._target - self._front, axis=-1)
+        return length(self._target - self._front)
 
     @functools.cached_property
     def clearance(self) -> np.ndarray:
@@ -173,5 +172,4 @@ def distance_and_bearing(
     to = point - position
     ahead = to[..., 0] * direction[..., 0] + to[..., 1] * direction[..., 1]
     left = to[..., 1] * direction[..., 0] - to[..., 0] * direction[..., 1]
-    # adding zero turns -0.0 into 0.0, so that straight behind is pi, never -pi
-    return np.hypot(to[..., 0], to[..., 1]), np.arctan2(left + 0.0, ahead)
+    return length(to), bearing(left, ahead)

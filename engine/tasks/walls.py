@@ -9,9 +9,9 @@ from typing import Final
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from engine.errors import InvalidData
+from engine.exact import cosine_and_sine
 
 MAX_WALLS: Final = 64
 """Largest number of walls in a world."""
@@ -79,12 +79,13 @@ BURIED: Final = Wall(centre=(0.0, 0.0, -5.0), half_size=(0.01, 0.01, 0.01))
 def add_walls(spec: mujoco.MjSpec, walls: Sequence[Wall]) -> None:
     """Put walls into the world of a robot, as geoms ``wall0``, ``wall1``, ..."""
     for k, wall in enumerate(walls):
+        cosine, sine = cosine_and_sine(wall.yaw / 2.0)
         spec.worldbody.add_geom(
             name=f"wall{k}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=wall.centre,
             size=wall.half_size,
-            quat=Rotation.from_euler("z", wall.yaw).as_quat(scalar_first=True),
+            quat=[cosine, 0.0, 0.0, sine],
             rgba=[0.55, 0.58, 0.62, 0.6],
         )
 
@@ -104,7 +105,7 @@ class Obstacles:
         self._axes = np.zeros((*shape, 2, 2))
         for i, walls in enumerate(above):
             for k, w in enumerate(walls):
-                c, s = math.cos(w.yaw), math.sin(w.yaw)
+                c, s = cosine_and_sine(w.yaw)
                 self._there[i, k] = True
                 self._centre[i, k], self._half[i, k] = w.centre[:2], w.half_size[:2]
                 self._axes[i, k] = [[c, s], [-s, c]]

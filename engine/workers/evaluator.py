@@ -6,10 +6,9 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.simulation.evaluation import Evaluation, FailureKeeper, LocalEvaluator, Solution
 from engine.simulation.provenance import Origin, this_computer
-from engine.tasks import get_task
 
 
 class Evaluator(Protocol):
@@ -78,7 +77,7 @@ def create_evaluator(
         keep_failure: called once for every evaluation in which a simulation failed.
     """
     return LocalEvaluator(
-        task=get_task(config.task),
+        task=task_of(config),
         physics=config.physics,
         trials=config.trials,
         run_seed=config.seed,

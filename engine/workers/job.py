@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import ClusterError, TaskError
 from engine.simulation.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
 from engine.simulation.provenance import Origin, body_fingerprint, this_computer
@@ -97,7 +97,7 @@ def compute(world: World, solution: Solution) -> Result:
 
     config = world.config
     evaluator = LocalEvaluator(
-        task=get_task(config.task),
+        task=task_of(config),
         physics=config.physics,
         trials=config.trials,
         run_seed=config.seed,

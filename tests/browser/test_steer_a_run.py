@@ -15,6 +15,7 @@ from app.server.server import serve
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
+from tests.support.faulty import wait_until
 from tests.support.processes import free_port
 from tests.support.widgets import choose, field_of
 
@@ -25,6 +26,13 @@ def kill(run: Path) -> None:
     holder = holder_of(run)
     assert holder is not None
     os.kill(holder.pid, signal.SIGKILL)
+
+
+def n_shown(page: Page) -> int:
+    """Return the number of evaluations that the page says the run has."""
+    found = re.search(r"(\d+) of 400", page.locator(".ta-progress").inner_text())
+    assert found is not None
+    return int(found[1])
 
 
 def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
@@ -63,6 +71,14 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             page.get_by_role("button", name="Pause", exact=True).click()
             expect(page.locator(".ta-status")).to_contain_text("paused")
             assert not is_being_written(run)
+            n = n_shown(page)
+            page.get_by_role("button", name="Resume", exact=True).click()
+            expect(page.locator(".ta-status")).to_contain_text("live")
+            wait_until(lambda: n_shown(page) > n + 4)
+            page.get_by_role("button", name="Pause", exact=True).click()
+            expect(page.locator(".ta-status")).to_contain_text("paused")
+            with RunReader(run) as reader:
+                wait_until(lambda: n_shown(page) == reader.n_evaluations())
             start.press("Enter")
             expect(page.get_by_text("mine.tsmr exists already; choose another name")).to_be_visible()
         with serve([small_run], host="127.0.0.1", port=port):

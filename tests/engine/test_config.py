@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.body.morphology import BodyRates
 from engine.config import (
     PRESETS,
     RunConfig,
@@ -13,12 +14,16 @@ from engine.config import (
     physics_from_json,
     preset,
     replaced,
+    task_of,
     to_json,
 )
+from engine.control.genome import NeatRates
 from engine.errors import InvalidData
+from engine.search.variation import PUBLISHED, VariationConfig
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.physics import Physics, with_inertia
 from engine.simulation.trials import TrialConfig
+from engine.tasks import GOAL_REACHING
 from tests.support.made_up import examples
 
 NAN, INF = float("nan"), float("inf")
@@ -42,6 +47,15 @@ configs = st.builds(
         elitism=st.integers(0, 10),
         species_elitism=st.integers(0, 3),
         compatibility_threshold=positive,
+    ),
+    sensors=st.sampled_from(["centimetres", "relative"]),
+    controller_cells=st.tuples(st.integers(1, 50), st.integers(1, 50)),
+    variation=st.builds(
+        VariationConfig,
+        body=st.builds(BodyRates, body_rate=st.floats(0.01, 1.0), module_rate=st.floats(0.0, 0.5)),
+        neat=st.builds(NeatRates, hidden=st.integers(0, 9), weight_power=st.floats(0.001, 30.0)),
+        both_weight=st.integers(0, 100),
+        crossover=st.floats(0.0, 1.0),
     ),
     seed=st.integers(0, 2**32 - 1),
     trials=st.builds(
@@ -69,7 +83,7 @@ def test_json_round_trip_is_lossless(config):
 
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
-    assert c == RunConfig()
+    assert (c.sensors, c.variation, c.map_search.sensory) == ("centimetres", PUBLISHED, "displacements")
     assert (c.evaluations, c.map_search.initial, c.map_search.batch_size) == (45_000, 1080, 24)
     assert c.map_search.refit_generations == (0, 50, 150, 350, 750, 1550)
     assert c.trials.repeats == 2
@@ -98,7 +112,15 @@ def test_presets_survive_a_file(name):
 
 
 def test_presets_differ():
-    assert len(set(PRESETS.values())) == len(PRESETS) >= 3
+    assert len(set(PRESETS.values())) == len(PRESETS) >= 4
+
+
+def test_atlas_is_the_default_and_quick_a_short_one():
+    atlas, quick = preset("atlas"), preset("quick")
+    assert atlas == RunConfig()
+    assert (atlas.sensors, atlas.variation) == ("relative", VariationConfig())
+    shortened = ("evaluations", "map_search", "vie_neat", "trials")
+    assert dataclasses.replace(atlas, **{f: getattr(quick, f) for f in shortened}) == quick
 
 
 def test_an_unknown_preset_is_refused_with_the_choices():
@@ -106,15 +128,31 @@ def test_an_unknown_preset_is_refused_with_the_choices():
         preset("huge")
 
 
-def test_what_a_file_leaves_out_has_its_default():
-    assert from_json({}) == RunConfig()
+OLD = RunConfig(sensors="centimetres", variation=PUBLISHED)
+
+
+def test_what_a_file_leaves_out_has_its_default_or_was_as_published():
+    assert from_json({}) == OLD
     c = from_json({"seed": 3, "trials": {"repeats": 3}})
-    assert c == RunConfig(seed=3, trials=TrialConfig(repeats=3))
+    trials = TrialConfig(repeats=3, trajectory_bits=0)
+    assert c == dataclasses.replace(OLD, seed=3, trials=trials)
+
+
+def test_a_file_from_before_positions_were_rounded_keeps_every_digit_and_its_hash():
+    old = to_json(RunConfig())
+    del old["trials"]["trajectory_bits"]
+    assert from_json(old).trials.trajectory_bits == 0
+    assert to_json(from_json(old)) == old
+
+
+def test_the_task_of_a_run_has_its_sensors():
+    for sensors, units in (("relative", GOAL_REACHING.relative_units), ("centimetres", (100.0, 1.0))):
+        assert task_of(RunConfig(sensors=sensors)).units == units
 
 
 def test_a_file_from_before_rods_were_heavier_has_rods_as_they_were():
     old = {"timestep": 0.005, "control_period": 0.02, "inertia_scale": 10.0, "friction": 0.5}
-    expected = Physics(**old, rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
+    expected = Physics(**old, simulator="mujoco", rod_inertia=1.0, contact_time=0.02, contact_damping=1.0)
     assert from_json({"physics": old}).physics == physics_from_json(old) == expected
 
 
@@ -138,6 +176,13 @@ def test_whole_numbers_are_read_where_fractions_are_expected():
         {"algorithm": "hill-climbing"},
         {"sensory": "smell"},
         {"stiffness": "none"},
+        {"sensors": "feet"},
+        {"controller_cells": [9]},
+        {"controller_cells": [9, 10, 11]},
+        {"controller_cells": [0, 10]},
+        {"variation": {"body": {"body_rate": 1.5}}},
+        {"variation": {"neat": {"weight_rate": 0.5, "unknown": 1}}},
+        {"variation": {"both_weight": 0.5}},
         {"cell_capacity": 0},
         {"cell_capacity": 1001},
         {"cell_capacity": 1.5},
@@ -187,6 +232,12 @@ def test_malformed_json_is_refused(data):
 def test_impossible_times_are_refused(field, value):
     with pytest.raises(InvalidData, match=field):
         TrialConfig(**{field: value})
+
+
+@pytest.mark.parametrize("value", [-1, 31])
+def test_positions_are_rounded_to_30_digits_at_most(value):
+    with pytest.raises(InvalidData, match="trajectory_bits must be from 0 to 30"):
+        TrialConfig(trajectory_bits=value)
 
 
 @pytest.mark.parametrize("value", [1e-320, 1e-12])

@@ -36,14 +36,16 @@ NAMES = {
 }
 
 
-@pytest.fixture(scope="module")
-def reader(tmp_path_factory):
+EXACT = {"kernel": 1e-8, "mujoco": 0.0}
+"""How far MuJoCo may be from what simulated a trial, over a second, in m."""
+
+
+@pytest.fixture(scope="module", params=EXACT)
+def reader(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("export") / "tiny.tsmr"
-    evolve(
-        path,
-        replaced(preset("smoke"), evaluations=4, initial=3, batch_size=2),
-        n_threads=1,
-    )
+    config = replaced(preset("smoke"), evaluations=4, initial=3, batch_size=2)
+    physics = dataclasses.replace(config.physics, simulator=request.param)
+    evolve(path, dataclasses.replace(config, physics=physics), n_threads=1)
     with RunReader(path) as r:
         yield r
 
@@ -97,9 +99,11 @@ def test_the_keyframe_is_where_the_dropped_robot_settles(reader, model):
     data.ctrl[:] = 1.0
     mujoco.mj_step(model, data, round(reader.config.trials.settle_time / model.opt.timestep))
     key = model.key("settled")
-    np.testing.assert_array_equal(data.qpos, key.qpos)
-    np.testing.assert_array_equal(data.qvel, key.qvel)
-    np.testing.assert_array_equal(data.qacc_warmstart, model.numeric("settled_qacc_warmstart").data)
+    exact = EXACT[reader.config.physics.simulator]
+    np.testing.assert_allclose(data.qpos, key.qpos, rtol=0, atol=exact)
+    np.testing.assert_allclose(data.qvel, key.qvel, rtol=0, atol=100 * exact)
+    if not exact:
+        np.testing.assert_array_equal(data.qacc_warmstart, model.numeric("settled_qacc_warmstart").data)
 
 
 def test_controls_are_commanded_lengths_at_every_update(reader, files, model):
@@ -122,7 +126,7 @@ def test_trajectory_ends_where_the_run_recorded_it(reader, evaluation, files):
     assert distance == pytest.approx(evaluation.distances[0, 0], abs=1e-12)
 
 
-def test_play_repeats_the_motion_exactly_in_a_fresh_process(tmp_path, files):
+def test_play_repeats_the_motion_in_a_fresh_process(tmp_path, reader, files):
     # as far from the project as a stranger's computer: another folder, no path to the packages
     write_folder(files, tmp_path / "taken away")
     done = subprocess.run(
@@ -135,7 +139,7 @@ def test_play_repeats_the_motion_exactly_in_a_fresh_process(tmp_path, files):
     assert done.returncode == 0, done.stderr
     largest = re.search(r"trajectory.csv: at most (\S+) mm", done.stdout)
     assert largest, done.stdout
-    assert float(largest[1]) == 0.0
+    assert float(largest[1]) <= 1000 * EXACT[reader.config.physics.simulator]
 
 
 def test_genotype_is_lossless(reader, evaluation, files):

@@ -3,8 +3,10 @@
 import json
 import signal
 
+from engine.errors import RunFileError
 from engine.storage.check import check_run
 from engine.storage.lock import holder_of, is_being_written, lock_path
+from engine.storage.reader import RunReader
 from tests.support.faulty import SHORT, line_of, python, start, tensatlas, wait_until
 from tests.support.run_hash import hash_of
 
@@ -32,11 +34,20 @@ def test_runs_of_real_simulations_are_killed_and_end_like_an_undisturbed_one(tmp
     check(python(real + KILL.format(config="TINY", kills=2, seed=2), tmp_path), 2)
 
 
+def can_be_read(path):
+    try:
+        RunReader(path).close()
+    except RunFileError:
+        return False
+    return True
+
+
 def test_two_writers_and_one_that_is_killed(tmp_path):
     path = tmp_path / "run.tsmr"
     first = start("evolve", path, *SHORT)
     try:
-        wait_until(lambda: holder_of(path) is not None and path.exists())
+        wait_until(lambda: holder_of(path) is not None and can_be_read(path))
+        first.send_signal(signal.SIGSTOP)  # or it may end before the other has begun
         line = line_of(tensatlas("resume", path))
         assert f"{path} is being written by another process ({first.pid} on " in line
         assert "since 20" in line

@@ -45,7 +45,7 @@ def drop(morphology, width=8):
 def driven(task=GOAL_REACHING, is_end=True, morphology=MORPHOLOGY):
     """Return a settled robot, which nobody changes."""
     dropped = drop(morphology)
-    dropped.settle(0.8)
+    dropped.settle(40)
     controller = evolved_controller(6, 20, task.n_inputs)
     return Driven(morphology, dropped.model, dropped, Head.of(morphology, is_end), controller, task)
 

@@ -13,7 +13,7 @@ import numpy as np
 from engine.analysis.robustness import Robustness, load_robust_of
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
 from engine.export import Trial, robot_hash, robot_id
 from engine.fabrication.dimensions.joints import Joint, joints
@@ -21,7 +21,7 @@ from engine.search.archive import Cell, cell_name
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
-from engine.tasks import Task, get_task
+from engine.tasks import Task
 from viz.robot.skeleton import Skeleton
 
 MODULE_MASS: Final = t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS
@@ -78,7 +78,7 @@ class Facts:
     @property
     def task(self) -> Task:
         """What the robot is asked to do."""
-        return get_task(self.config.task)
+        return task_of(self.config)
 
     @property
     def where(self) -> str:

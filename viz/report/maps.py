@@ -11,19 +11,19 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from engine.analysis.comparison import TaskComparison
+from engine.analysis.comparison.run_result import RunResult
 from engine.analysis.elite_maps import CONTROLLER, MORPHOLOGY, EliteMap
-from engine.analysis.run_result import RunResult
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz import theme
 from viz.maps import axis_labels
 from viz.maps.scale import Scale, fitness_scale
-from viz.report.style import ReportLook, dress
+from viz.report.style import ReportLook, dress, on_lines
 
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
 MOST_RUNS: Final = 10
-"""Runs of one algorithm that are drawn; the paper has ten."""
+"""Runs of one group that are drawn; the paper has ten."""
 _MAP_WIDTHS: Final = {1: 270, 2: 270, 3: 262, 4: 196, 5: 151}
 """Width of a map in px by how many lie beside each other."""
 _LEFT: Final = 92
@@ -52,9 +52,9 @@ def task_scale(task: TaskComparison) -> Scale:
 
 
 def maps_figure(task: TaskComparison, labels: Mapping[Any, str], look: ReportLook) -> go.Figure:
-    """Return the morphology maps, then the controller maps, a row of runs for each algorithm.
+    """Return the morphology maps, then the controller maps, a row of runs for each group.
 
-    With a single run of each algorithm the algorithms lie beside each other instead.
+    With a single run of each group the groups lie beside each other instead.
 
     Args:
         task: whose runs.
@@ -130,7 +130,7 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
             (
                 f"<b>{name} maps</b>",
                 [
-                    _Panel(g.name + _how(g.runs[0], name), g.runs[0].maps[name], g.runs[0])
+                    _Panel(on_lines(g.name) + _how(g.runs[0], name), g.runs[0].maps[name], g.runs[0])
                     if name in g.runs[0].maps
                     else None
                     for g in task.groups
@@ -143,7 +143,7 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
         for group in task.groups:
             runs = [r for r in group.runs[:MOST_RUNS] if name in r.maps]
             for k in range(0, len(runs), COLUMNS):
-                title = f"<b>{group.name}</b><br>{name}{_how(runs[0], name)}"
+                title = f"<b>{on_lines(group.name)}</b><br>{name}{_how(runs[0], name)}"
                 part = runs[k : k + COLUMNS]
                 rows.append((title, [_Panel(html.escape(labels[r.path]), r.maps[name], r) for r in part]))
     return rows

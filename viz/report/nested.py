@@ -11,8 +11,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from engine.analysis.comparison import TaskComparison
+from engine.analysis.comparison.run_result import RunResult
 from engine.analysis.elite_maps import GRID
-from engine.analysis.run_result import RunResult
 from viz.maps import axis_labels
 from viz.report.maps import MOST_RUNS, color_axis, hover_text
 from viz.report.style import ReportLook, dress

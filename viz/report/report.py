@@ -10,15 +10,27 @@ from typing import Final
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from engine.analysis import published
-from engine.analysis.comparison import Comparison, TaskComparison
+from engine.analysis.comparison import Comparison, TaskComparison, published
 from engine.analysis.elite_maps import GRID
 from viz.report.maps import MOST_RUNS, maps_figure
 from viz.report.nested import nested_figure
 from viz.report.style import LIGHT, ReportLook
-from viz.report.tables import MEASURES, rank_sum_table, runs_table, statistics_table
-from viz.report.trends import ends_figure, trend_figure
+from viz.report.tables import runs_table, settings_table, significance_table, statistics_table
+from viz.report.trends import ends_figure, profile_figure, trend_figure
 
+_CONVENTIONS: Final = (
+    "s.d. is the sample's (n − 1); the published one divides by n in the authors' scripts, which makes it"
+    " 5 % smaller for ten runs. A single run has none: —."
+)
+_TESTS: Final = (
+    "The tests are exact and two-sided: the rank-sum test (Mann-Whitney), or the signed-rank test of pairs"
+    " (Wilcoxon) where the runs of one group began with the same random robots as those of the other, which"
+    " makes them dependent. p (Holm) is corrected for all tests of one measure. The published p-values are by"
+    " the normal approximation and without correction. A<sub>12</sub> is how often a run of the first group"
+    " is above one of the second: 0.5 where they are alike; its interval is the bootstrap's."
+)
+_MOST_NESTED: Final = 3
+"""Groups up to which the 4-D maps of all their runs are drawn; of more, each group's first."""
 _TASK_TITLES: Final = {"goal-reaching": "Goal reaching", "squeezing": "Squeezing"}
 
 
@@ -86,15 +98,15 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
         ReportSection(
             f"{name}-results",
             heading("results"),
-            "".join(statistics_table(task, m) for m in MEASURES)
-            + rank_sum_table(task)
-            + "<p>s.d. is the sample's. The tests are two-sided, by the normal approximation and without"
-            " correction for the number of tests, as the published ones are."
-            f" Published figures: {published.CITATION}.</p>",
+            "".join(statistics_table(task, m) for m in task.measures)
+            + f"<p>{_CONVENTIONS} Published figures: {published.CITATION}.</p>"
+            + significance_table(task)
+            + f"<p>{_TESTS}</p>"
+            + settings_table(task),
             (
                 ReportFigure(
                     f"{name}-ends",
-                    "Where each run ended, by algorithm.",
+                    "Where each run ended, by group.",
                     ends_figure(task, look),
                 ),
             ),
@@ -114,6 +126,13 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
                     f"{name}-qd-score-and-coverage",
                     "QD score and coverage of the morphology map against evaluations.",
                     trend_figure(task, ("qd_score", "coverage"), look),
+                ),
+                ReportFigure(
+                    f"{name}-cells-above",
+                    f"Left: cells of the morphology map above {100 * task.threshold:.2f} cm against"
+                    " evaluations. Right: cells above any f<sub>s</sub> at the end of the runs, their mean;"
+                    " dotted: by the elites' means under fresh noise; dashed: the threshold.",
+                    profile_figure(task, look),
                 ),
             ),
         ),
@@ -159,11 +178,12 @@ def _nested_figures(
             if runs[0].maps[GRID].projected
             else "the archive that it works with"
         )
+        few = len(task.groups) <= _MOST_NESTED
         figures.append(
             ReportFigure(
                 f"{_file_name(task.task)}-nested-{_file_name(group.name)}",
-                f"{group.name}, the 4-D map: {how}.",
-                nested_figure(task, runs, comparison.labels, look),
+                f"{html.escape(group.name)}, the 4-D map{'' if few else ' of its first run'}: {how}.",
+                nested_figure(task, runs if few else runs[:1], comparison.labels, look),
             )
         )
     return tuple(figures)
@@ -171,7 +191,7 @@ def _nested_figures(
 
 def _left_out(task: TaskComparison) -> str:
     more = max(len(g.runs) for g in task.groups) - MOST_RUNS
-    return f" The first {MOST_RUNS} runs of each algorithm are drawn." if more > 0 else ""
+    return f" The first {MOST_RUNS} runs of each group are drawn." if more > 0 else ""
 
 
 def task_title(task: str) -> str:

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 from typing import Any, Final
 
 import plotly.graph_objects as go
 
-from engine.analysis.run_result import ALGORITHM_NAMES
+from engine.analysis.comparison.groups import ALGORITHM_NAMES
 
 FONT: Final = "Inter, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 WIDTH: Final = 1080
 """Width of a figure across the whole page, in px."""
-_ALGORITHM_COLORS: Final = dict(zip(ALGORITHM_NAMES.values(), ("#d9731a", "#3d63b8", "#17a08d"), strict=True))
-_OTHER_COLORS: Final = ("#a1458f", "#7a6a3a", "#5b6470", "#b03a48")
+_ALGORITHM_COLORS: Final = {
+    ALGORITHM_NAMES["vie-neat"]: "#d9731a",
+    ALGORITHM_NAMES["map-elites"]: "#3d63b8",
+    ALGORITHM_NAMES["dm-me"]: "#17a08d",
+}
+_OTHER_COLORS: Final = (
+    *("#a1458f", "#7a6a3a", "#b03a48", "#6f9f2f", "#7d62d1", "#c9a227", "#3f9fd0", "#c76f95", "#5b6470"),
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -41,9 +48,14 @@ DARK: Final = ReportLook("rgba(0,0,0,0)", "#e6e9ee", "#9aa4b2", "#39414d", "#2a3
 
 
 def colors(names: list[str]) -> dict[str, str]:
-    """Return a colour for each algorithm or variant; those of the paper keep theirs in every report."""
+    """Return a colour for each group; those of the paper keep theirs in every report."""
     others = iter(_OTHER_COLORS * (1 + len(names) // len(_OTHER_COLORS)))
     return {n: _ALGORITHM_COLORS.get(n) or next(others) for n in names}
+
+
+def on_lines(name: str) -> str:
+    """Return a group's name as HTML, each of the settings that it names on a line."""
+    return html.escape(name).replace(", ", ",<br>")
 
 
 def translucent(color: str, alpha: float) -> str:

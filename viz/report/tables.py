@@ -6,31 +6,30 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from engine.analysis import published
-from engine.analysis.comparison import TaskComparison
-from engine.analysis.statistics import ALPHA, too_few_runs
+from engine.analysis.comparison import TaskComparison, published
+from engine.analysis.comparison.groups import differing, value_text
+from engine.analysis.comparison.measures import DASH, MEASURES, number
+from engine.analysis.comparison.significance import ALPHA, CONFIDENCE
+from engine.analysis.comparison.tables import interval
 from viz.report.style import colors
 
-MEASURES: Final = {
-    "best": ("Best f<sub>s</sub>", "cm", 2),
-    "qd_score": ("QD score of the morphology map", "cm", 1),
-    "coverage": ("Coverage of the morphology map", "%", 1),
-    "evaluations": ("Evaluations", "", 0),
-    "hours": ("Computing time", "h", 2),
-}
-"""Title, unit and decimals of every measure."""
 _COLUMNS: Final = ("mean", "std", "min", "max", "median")
 _HEADINGS: Final = {"std": "s.d."}
-
-
-def number(value: float | None, digits: int) -> str:
-    """Return a number for people, a dash for none."""
-    return "–" if value is None else f"{value:,.{digits}f}".replace("-", "−")
 
 
 def p_value(p: float) -> str:
     """Return a p-value for people."""
     return f"{p:.4f}" if p >= 0.0001 else "< 0.0001"
+
+
+def title(measure: str, threshold: float) -> str:
+    """Return what a measure is called, as HTML.
+
+    Args:
+        measure: its name.
+        threshold: in m, above which cells are counted.
+    """
+    return MEASURES[measure].named(threshold).replace("f_s", "f<sub>s</sub>")
 
 
 def runs_table(task: TaskComparison, labels: Mapping[Any, str]) -> str:
@@ -41,27 +40,19 @@ def runs_table(task: TaskComparison, labels: Mapping[Any, str]) -> str:
             _named(group.name, palette),
             html.escape(labels[run.path]),
             str(run.config.seed),
-            *(number(run.measure(m), digits) for m, (_, _, digits) in MEASURES.items()),
+            *(MEASURES[m].text(run.measure(m)) for m in task.measures),
         ]
         for group in task.groups
         for run in group.runs
     ]
-    head = [
-        "algorithm",
-        "run",
-        "seed",
-        "best f<sub>s</sub> (cm)",
-        "QD score (cm)",
-        "coverage (%)",
-        "evaluations",
-        "hours",
-    ]
+    units = {m: f" ({u})" if (u := MEASURES[m].unit) else "" for m in task.measures}
+    head = ["group", "run", "seed", *(title(m, task.threshold) + units[m] for m in task.measures)]
     return _table([head], rows, texts=2)
 
 
 def statistics_table(task: TaskComparison, measure: str) -> str:
-    """Return a measure's statistics over the runs of each algorithm, the paper's beside them."""
-    title, unit, digits = MEASURES[measure]
+    """Return a measure's statistics over the runs of each group, the paper's beside them."""
+    unit, digits = MEASURES[measure].unit, MEASURES[measure].digits
     palette = colors([g.name for g in task.groups])
     paper = {g.name: published.statistics(measure, task.task, g.algorithm) for g in task.groups}
     columns = [c for c in _COLUMNS if any(p and c in p for p in paper.values())]
@@ -69,41 +60,59 @@ def statistics_table(task: TaskComparison, measure: str) -> str:
     for group in task.groups:
         s = group.statistics(measure)
         row = [_named(group.name, palette), str(0 if s is None else s.n)]
-        row += [number(None if s is None else getattr(s, c), digits) for c in _COLUMNS]
+        row += [MEASURES[measure].text(None if s is None else getattr(s, c)) for c in _COLUMNS]
         row += [number((paper[group.name] or {}).get(c), digits) for c in columns]
         rows.append(row)
     names = [_HEADINGS.get(c, c) for c in _COLUMNS]
-    head: list[list[Any]] = [["algorithm", "runs", *names, *(_HEADINGS.get(c, c) for c in columns)]]
+    head: list[list[Any]] = [["group", "runs", *names, *(_HEADINGS.get(c, c) for c in columns)]]
     if columns:
         where = f"published ({published.n_runs()} runs of {published.n_evaluations():,})"
         head.insert(0, [("", 2), ("these runs", len(names)), (where, len(columns))])
-    caption = title + (f" <span>({unit})</span>" if unit else "")
+    caption = title(measure, task.threshold) + (f" <span>({unit})</span>" if unit else "")
     return _table(head, rows, texts=1, caption=caption, split=2 + len(names) if columns else None)
 
 
-def rank_sum_table(task: TaskComparison) -> str:
-    """Return the rank-sum tests of all pairs of algorithms and what each says, the paper's p beside it."""
-    tests = task.tests()
+def significance_table(task: TaskComparison) -> str:
+    """Return the tests of pairs of groups and what each says, the paper's p beside it."""
+    tests = task.tests
     if not tests:
-        return "<p>There is a single algorithm: nothing to test it against.</p>"
-    lead = ""
-    if not any(t.result.enough for t in tests):
-        lead = f"<p>{too_few_runs()}</p>"
+        return "<p>There is a single group of runs: nothing to test it against.</p>"
+    few = not any(t.result.enough for t in tests)
     rows = []
     for test in tests:
         theirs = published.rank_sum_p(test.measure, task.task, test.first.algorithm, test.second.algorithm)
-        result = test.result
+        result, known = test.result, test.result.enough
         rows.append(
             [
-                MEASURES[test.measure][0],
+                title(test.measure, task.threshold),
                 html.escape(f"{test.first.name} – {test.second.name}"),
-                "too few runs" if lead else html.escape(result.sentence(test.first.name, test.second.name)),
-                p_value(result.p) if result.enough else "–",
-                "–" if theirs is None else p_value(theirs),
+                "too few runs" if few else html.escape(test.sentence()),
+                f"{result.kind}, {test.sizes}",
+                f"{test.effect.value:.2f}",
+                interval(test.effect),
+                p_value(result.p) if known else DASH,
+                p_value(test.corrected_p) if known else DASH,
+                DASH if theirs is None else p_value(theirs),
             ]
         )
-    head = ["measure", "algorithms", f"what the test says (α = {ALPHA:g})", "p", "published p"]
-    return _table([head], rows, texts=3, caption="Wilcoxon rank-sum tests") + lead
+    head = ["measure", "groups", f"what the test says (α = {ALPHA:g})", "test, runs", "A<sub>12</sub>"]
+    head += [f"{CONFIDENCE:.0%} interval", "p", "p (Holm)", "published p"]
+    remark = f"<p>{html.escape(task.remark)}</p>" if task.remark else ""
+    return _table([head], rows, texts=4, caption="Tests") + remark
+
+
+def settings_table(task: TaskComparison) -> str:
+    """Return in which settings the groups differ; nothing where there is a single group."""
+    keys = differing(g.settings for g in task.groups)
+    if not keys:
+        return ""
+    palette = colors([g.name for g in task.groups])
+    rows = [
+        [html.escape(key), *(html.escape(value_text(g.settings.get(key, DASH))) for g in task.groups)]
+        for key in keys
+    ]
+    head = ["setting", *(_named(g.name, palette) for g in task.groups)]
+    return _table([head], rows, texts=1, caption="What the groups differ in")
 
 
 def _named(name: str, palette: Mapping[str, str]) -> str:

@@ -8,11 +8,11 @@ inline bool senseTarget(tsmr::real *distance, tsmr::real *bearing) {
   return false;
 }
 
-// What the network is told; nothing to fill in. It was evolved with centimetres.
+// What the network is told; nothing to fill in. It was evolved with these units.
 inline bool senseInputs(tsmr::real *inputs) {
   tsmr::real distance, bearing;
   if (!senseTarget(&distance, &bearing)) return false;
-  inputs[0] = 100 * distance;
-  inputs[1] = bearing;
+  inputs[0] = @unit_0@distance;
+  inputs[1] = @unit_1@bearing;
   return true;
 }

@@ -20,15 +20,15 @@ inline bool senseGate(tsmr::real *distance, tsmr::real *bearing, bool *past) {
 // if there is none.
 inline tsmr::real senseClearance() { return 100; }
 
-// What the network is told; nothing to fill in. It was evolved with centimetres.
+// What the network is told; nothing to fill in. It was evolved with these units.
 inline bool senseInputs(tsmr::real *inputs) {
   tsmr::real distance, bearing, gateDistance, gateBearing;
   bool past;
   if (!senseTarget(&distance, &bearing) || !senseGate(&gateDistance, &gateBearing, &past)) return false;
-  inputs[0] = 100 * distance;
-  inputs[1] = bearing;
-  inputs[2] = 100 * (past ? -gateDistance : gateDistance);
-  inputs[3] = gateBearing;
+  inputs[0] = @unit_0@distance;
+  inputs[1] = @unit_1@bearing;
+  inputs[2] = @unit_2@(past ? -gateDistance : gateDistance);
+  inputs[3] = @unit_3@gateBearing;
   inputs[4] = senseClearance() <= tsmr::real(@range@) ? 1 : 0;
   return true;
 }

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from engine.control.genome import Controller
+from engine.simulation.batch import Span
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON
@@ -20,11 +21,12 @@ from engine.simulation.kernel.loop.trials import Trials
 from engine.simulation.kernel.settling import Settled, failure_at, threaded
 from engine.simulation.kernel.simulations import KernelSimulations, wall_of
 from engine.simulation.physics import Physics
-from engine.simulation.rollout import BatchObserver, Head, TrialResults
+from engine.simulation.rollout import BatchObserver, Head, TrialResults, update_by_update
 from engine.tasks import GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
 _SENSED: Final = frozenset({"sensed"})
+_SPAN: Final = frozenset({"poses", "commands", "sensed"})
 
 
 class KernelLoop:
@@ -151,6 +153,18 @@ class KernelLoop:
                 trials.give(given)
                 trials.run(1)
         self._update_failures()
+
+    def advance(self, n_updates: int) -> Span:
+        """Do so for some control periods, at least one, and return what happened."""
+        if not self._trials[0].in_kernel:
+            return update_by_update(self, n_updates)
+        motions = threaded(lambda trials: trials.run(n_updates, _SPAN), self._trials, self._n_threads)
+        self._update_failures()
+        poses, commands, told = (
+            np.stack(parts, axis=1) for parts in zip(*(m[1:] for m in motions), strict=True)
+        )
+        self.sensed = told[-1]
+        return Span(self.sim, self.sim.n_updates, poses.reshape(*poses.shape[:3], -1), commands, told)
 
     def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""

@@ -14,20 +14,23 @@ from typing import Final, TypeVar
 import numpy as np
 
 from engine.body.morphology import Morphology
+from engine.simulation.batch import Span, SpanObserver, spans
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON, read_robot, reason
 from engine.simulation.kernel.lanes.simd import by_lane, width_of
 from engine.simulation.kernel.loop.closed_loop import SLACK
 from engine.simulation.kernel.loop.dropped import Dropped
+from engine.simulation.kernel.loop.setup import Recording
 from engine.simulation.kernel.physics.parameters import INTERNAL, Model
 from engine.simulation.kernel.physics.state import ROD
 from engine.simulation.kernel.simulations import KernelSimulations, mujoco_state
 from engine.simulation.model import RobotModel
 from engine.simulation.physics import Physics
-from engine.simulation.rollout import BatchObserver, Head
+from engine.simulation.rollout import Head
 
 _COMMANDS: Final = frozenset({"commands"})
+_SPAN: Final = frozenset({"poses", "commands"})
 R = TypeVar("R")
 Q = TypeVar("Q")
 
@@ -56,7 +59,7 @@ def settle(
     physics: Physics,
     duration: float,
     n_threads: int = 1,
-    observer: BatchObserver | None = None,
+    observer: SpanObserver | None = None,
 ) -> list[Settled]:
     """Drop robots and let them come to rest, servos off.
 
@@ -66,8 +69,7 @@ def settle(
         physics: time step and control period.
         duration: seconds.
         n_threads: threads that simulate.
-        observer: sees one robot at a time, after each of its control updates; with threads, from several
-            of them.
+        observer: sees one robot at a time; with threads, from several of them.
     """
 
     def one(pair: tuple[RobotModel, Morphology]) -> Settled:
@@ -76,11 +78,11 @@ def settle(
         end = Head.of(morphology, True)
         dropped = _drop(robot, model, end, physics)
         if observer is None:
-            dropped.settle(duration)
+            dropped.settle(round(duration / physics.control_period))
         else:
-            for _ in range(round(duration / physics.control_period)):
-                dropped.settle(physics.control_period)
-                observer(_snapshot(robot, dropped, physics))
+            for n in spans(round(duration / physics.control_period)):
+                recording = dropped.settle(n, _SPAN)
+                observer(_span(recording, _snapshot(robot, dropped, physics)))
         failure = None
         if dropped.failure != GOES_ON:
             failure = _settling_failure(robot, model, end, dropped, physics)
@@ -129,8 +131,8 @@ def _drop(robot: RobotModel, model: Model, end: Head, physics: Physics) -> Dropp
 
 def _snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSimulations:
     """Return a dropped robot as observers see it."""
-    failed = dropped.failure
-    failure = failure_at(failed, dropped.n_updates, dropped.model, physics) if failed != GOES_ON else None
+    code = dropped.failure
+    failure = failure_at(code, dropped.failed_at, dropped.model, physics) if code != GOES_ON else None
     return KernelSimulations(
         [robot],
         [[dropped.state]],
@@ -139,6 +141,18 @@ def _snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSi
         n_updates=dropped.n_updates,
         walls=[[()]],
         failures=[failure],
+    )
+
+
+def _span(recording: Recording, sim: KernelSimulations) -> Span:
+    """Return what was recorded of a dropped robot."""
+    n = len(recording.poses)
+    return Span(
+        sim,
+        end=sim.n_updates,
+        qpos=recording.poses.reshape(n, 1, 1, -1),
+        commanded=recording.commands.reshape(n, 1, 1, sim.n_modules, INTERNAL),
+        sensed=None,
     )
 
 
@@ -153,15 +167,10 @@ def _settling_failure(
     robot: RobotModel, model: Model, end: Head, dropped: Dropped, physics: Physics
 ) -> Failure:
     """Return why a robot failed while it settled, with its last moments."""
-    again = _drop(robot, model, end, physics)
-    at = 0
-    while again.failure == GOES_ON:
-        again.settle(physics.control_period)
-        at += 1
+    at = dropped.failed_at
     n = min(at, MAX_UPDATES)
     before = _drop(robot, model, end, physics)
-    if at > n:
-        before.settle((at - n) * physics.control_period)
+    before.settle(at - n)
     return dataclasses.replace(
         failure_at(dropped.failure, at, model, physics),
         state=_snapshot(robot, before, physics).state()[0, 0],

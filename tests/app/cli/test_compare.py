@@ -9,8 +9,11 @@ import plotly.graph_objects as go
 import pytest
 from PIL import Image
 
+from engine.config import replaced
 from engine.errors import ExportError
 from tests.support.command_line import Command
+from tests.support.made_up import MADE_UP
+from tests.support.made_up_grid import random_grid_run
 from viz.report.images import write_images
 from viz.report.report import ReportFigure
 
@@ -23,11 +26,13 @@ def test_compare_writes_a_report_tables_and_figures(tensatlas: Command, copy: Pa
     assert "DM-ME" in shown
     assert "25.76 ± 4.93" in shown
     assert {p.name for p in out.iterdir()} == {
-        *("report.html", "figures", "runs.csv", "statistics.csv", "tests.csv", "trends.csv"),
+        *("report.html", "figures", "tables.md"),
+        *("runs.csv", "groups.csv", "statistics.csv", "tests.csv", "trends.csv"),
     }
     figures = sorted((out / "figures").iterdir())
     assert [f.stem for f in figures] == [
         "goal-reaching-best-fitness",
+        "goal-reaching-cells-above",
         "goal-reaching-ends",
         "goal-reaching-maps",
         "goal-reaching-nested-dm-me",
@@ -80,6 +85,31 @@ def _lives(pid: str) -> bool:
         return "\nState:\tZ" not in Path("/proc", pid, "status").read_text()
     except OSError:
         return False
+
+
+def test_a_baseline_and_a_threshold_of_ones_own(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
+    out = tmp_path / "report"
+    command = ("compare", copy, "--out", out, "--images", "none")
+    status, shown, _ = tensatlas(*command, "--baseline", "small", "--above", 1.5)
+    assert status == 0
+    assert "Cells above 1.50 cm" in shown
+    assert "A12 against DM-ME" in (out / "tables.md").read_text()
+    status, _, err = tensatlas(*command, "--baseline", "nothing")
+    assert (status, err) == (
+        2,
+        "tensatlas: no group is called 'nothing', and no run; the groups are: DM-ME\n",
+    )
+
+
+def test_each_of_many_groups_is_a_line(tensatlas: Command, tmp_path: Path) -> None:
+    for seed, batch_size in enumerate((4, 6, 6, 8, 10)):
+        config = replaced(MADE_UP, seed=seed, batch_size=batch_size, evaluations=32)
+        random_grid_run(tmp_path / "runs" / f"{seed}.tsmr", seed, config=config)
+    status, shown, _ = tensatlas("compare", "runs", "--out", "report", "--images", "none", "--baseline", 1)
+    assert status == 0
+    lines = [line.split("│")[1:3] for line in shown.splitlines() if line.startswith("│") and "DM-ME" in line]
+    assert [int(n) for _, n in lines] == [1, 1, 2, 1]
+    assert "too few runs to say which group is better" in shown
 
 
 def test_compare_refuses_a_place_that_is_no_folder(tensatlas: Command, copy: Path, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -23,3 +25,22 @@ def test_reevaluate(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
     assert facts["luck"] == pytest.approx(facts["mean"] - facts["mean_again"])
     status, _, err = tensatlas("reevaluate", copy, "--repeats", 0)
     assert (status, err) == (2, "tensatlas: repeats must be from 1 to 100, not 0\n")
+
+
+def test_several_runs_and_folders_one_after_another(
+    tensatlas: Command, copy: Path, tmp_path: Path, grid_run: Path
+) -> None:
+    (tmp_path / "more").mkdir()
+    shutil.copy(grid_run, tmp_path / "more" / "grid.tsmr")
+    command = ("reevaluate", copy, tmp_path / "more", "--repeats", 1, "--archive", "morphology")
+    status, out, err = tensatlas(*command)
+    assert (status, err.count("Kept in")) == (0, 2)
+    assert out.index("small.tsmr") < out.index("grid.tsmr")
+    facts = json.loads(tensatlas(*command, "--json")[1])
+    assert [Path(f["run"]).stem for f in facts] == ["small", "grid"]
+    # the bodies' best of a 4-D archive, as compare takes them
+    status, out, _ = tensatlas("compare", *command[1:3], "--images", "none")
+    assert "over fresh noise" in out
+    with (tmp_path / "comparison" / "runs.csv").open(newline="") as f:
+        best = {Path(r["run"]).stem: float(r["robust_best_f_s_cm"]) for r in csv.DictReader(f)}
+    assert best == {Path(f["run"]).stem: pytest.approx(100 * f["best_again"]) for f in facts}

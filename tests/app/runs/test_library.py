@@ -16,6 +16,7 @@ from engine.errors import RunFileError
 from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.workers.evaluator import create_evaluator
+from tests.support.opened import files_opened
 
 
 @pytest.fixture
@@ -47,6 +48,18 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     broken.write_text("TASK = (")
     monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
     assert "broken.py, line 1" in str(library.facts(path).problem)
+
+
+def test_a_run_file_is_opened_by_sqlite_alone(library: Library, tmp_path: Path, small_run: Path) -> None:
+    path = Path(shutil.copy(small_run, tmp_path / "a.tsmr"))
+    broken = Path(shutil.copy(small_run, tmp_path / "broken.tsmr"))
+    with open(broken, "r+b") as f:
+        f.truncate(9000)
+    with files_opened() as opened:
+        library.status(path)
+        library.facts(path)
+        assert "cut short" in (library.facts(broken).problem or "")
+    assert [p for p in opened if p.suffix == ".tsmr"] == []
 
 
 def test_a_replaced_file_is_read_anew(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import typing
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,8 +12,11 @@ import viser
 
 from app.gui.field_docs import field_docs
 from app.runs.run_form import EVERYDAY, FieldError, RunForm
+from engine.body.morphology import BodyRates
 from engine.config import PRESETS, RunConfig
+from engine.control.genome import NeatRates
 from engine.search.map_search import MapSearchConfig
+from engine.search.variation import VariationConfig
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
@@ -35,11 +39,14 @@ def test_every_field_of_the_configuration_is_asked_for_with_a_hint(form: RunForm
         (RunConfig, ()),
         (MapSearchConfig, ()),
         (VieNeatConfig, ("vie_neat",)),
+        (VariationConfig, ("variation",)),
+        (BodyRates, ("variation", "body")),
+        (NeatRates, ("variation", "neat")),
         (TrialConfig, ("trials",)),
         (Physics, ("physics",)),
     ):
         for field in dataclasses.fields(kind):
-            nested = kind is RunConfig and field.name in ("map_search", "trials", "physics", "vie_neat")
+            nested = dataclasses.is_dataclass(typing.get_type_hints(kind)[field.name])
             assert nested or (*prefix, field.name) in asked
     for kind in (RunConfig, MapSearchConfig, TrialConfig, Physics, VieNeatConfig):
         assert set(field_docs(kind)) == {f.name for f in dataclasses.fields(kind)}

@@ -13,6 +13,7 @@ from app.runs import upload
 from app.runs.upload import keep, safe_name
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
+from tests.support.opened import files_opened
 
 
 @pytest.fixture
@@ -39,6 +40,13 @@ def test_a_run_is_kept_in_its_own_folder_under_a_name_of_its_own(small_run: Path
     assert {p.name for p in folder.iterdir()} == {"my-run.tsmr", "my-run-2.tsmr"}
     with RunReader(first) as there, RunReader(small_run) as here:
         assert there.canonical_hash() == here.canonical_hash()
+
+
+def test_what_was_uploaded_is_opened_by_sqlite_alone(small_run: Path, tmp_path: Path) -> None:
+    path = Path(shutil.copy(small_run, tmp_path / "run.tsmr"))
+    with files_opened() as opened:
+        upload.check(path)
+    assert opened == []
 
 
 @given(st.text(max_size=300))

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import engine.runs.evolve
+from engine.analysis.comparison.run_result import load_result
 from engine.analysis.elite_maps import (
     EliteMap,
     archive_maps,
@@ -17,7 +18,6 @@ from engine.analysis.elite_maps import (
     load_maps,
 )
 from engine.analysis.projection_run import DOWN, UP, project_run
-from engine.analysis.run_result import load_result
 from engine.body.morphology import Morphology
 from engine.config import create_algorithm
 from engine.errors import InvalidData, RunFileError

@@ -2,6 +2,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
@@ -75,7 +76,7 @@ def test_opposite_faces_lie_opposite():
 
 @pytest.mark.parametrize("face", range(1, 9))
 def test_a_turned_face_points_along_the_chain(face):
-    turned = t.FACE_TURN[face].apply(centroid(face))
+    turned = Rotation.from_quat(t.FACE_TURN[face], scalar_first=True).apply(centroid(face))
     np.testing.assert_allclose(turned / np.linalg.norm(turned), t.CHAIN_AXIS, atol=1e-9)
 
 
@@ -99,7 +100,9 @@ def test_turns_are_those_of_the_published_chain():
         8: quarter("y", 2) @ quarter("x", 2),
     }
     for face, matrix in expected.items():
-        np.testing.assert_allclose(t.FACE_TURN[face].as_matrix(), matrix, atol=1e-9)
+        np.testing.assert_allclose(
+            Rotation.from_quat(t.FACE_TURN[face], scalar_first=True).as_matrix(), matrix, atol=1e-9
+        )
 
 
 def test_built_size():

@@ -11,7 +11,7 @@ import pytest
 
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.config import preset
+from engine.config import preset, task_of
 from engine.control.network import NetworkBatch
 from engine.fabrication.firmware import fill_in, firmware_files, pin_map, start_inputs
 from engine.tasks import Task, get_task
@@ -123,10 +123,12 @@ SENSING = """inline bool senseTarget(tsmr::real *distance, tsmr::real *bearing) 
 
 
 @needs_compiler
-def test_the_sketch_commands_the_servos_as_the_simulation_does_for_a_minute(tmp_path):
+@pytest.mark.parametrize(("sensors", "seed"), [("centimetres", 45), ("relative", 71)])
+def test_the_sketch_commands_the_servos_as_the_simulation_does_for_a_minute(tmp_path, sensors, seed):
     # the target makes this controller change its gait several times
-    made = robot(4, seed=45, n_mutations=0, head_is_end=True)
-    program = build(tmp_path, firmware_files(CONFIG, made, run="mine"), sensing=SENSING)
+    made = robot(4, seed=seed, n_mutations=0, head_is_end=True)
+    config = dataclasses.replace(CONFIG, sensors=sensors)
+    program = build(tmp_path, firmware_files(config, made, run="mine"), sensing=SENSING)
     pulses, printed = run(program, "sketch", 60.4)
     settling, n = 20, 3000
     pulses = pulses.reshape(-1, 4)
@@ -138,11 +140,11 @@ def test_the_sketch_commands_the_servos_as_the_simulation_does_for_a_minute(tmp_
     head = np.stack([time / 100, 0.1 * time / 60], axis=-1)
     direction = np.stack([np.cos(time / 20), np.sin(time / 20)], axis=-1)
     distance, bearing = distance_and_bearing(head, direction, np.array([0.3, 0.1]))
-    inputs = np.stack([100 * distance, bearing], axis=-1)
+    inputs = np.stack([distance, bearing], axis=-1) * task_of(config).units
     blind = (time > 20.01) & (time < 25.01)
     last = np.flatnonzero(~blind & (time < 20.01))[-1]
     inputs[blind] = np.where(
-        (time[blind] - time[last] <= 1.0 + 1e-9)[:, None], inputs[last], start_inputs(CONFIG, made)
+        (time[blind] - time[last] <= 1.0 + 1e-9)[:, None], inputs[last], start_inputs(config, made)
     )
     outputs = NetworkBatch([made.solution.controller], n_outputs=8).activate(inputs[None])[0]
     frequency = servo.pick(servo.FREQUENCIES, outputs[:, 0::2])
@@ -188,12 +190,14 @@ def test_a_task_of_ones_own_has_its_inputs_named(tmp_path, monkeypatch):
         sense=lambda view: np.stack([view.distance, view.distance], axis=-1),
         target_distance=0.3,
         target_bearings=(0.0,),
+        units=(1.0, 2.5),
     )
-    monkeypatch.setattr("engine.fabrication.firmware.get_task", lambda _: task)
-    monkeypatch.setattr("engine.replay.replay.get_task", lambda _: task)
+    monkeypatch.setattr("engine.fabrication.firmware.task_of", lambda _: task)
+    monkeypatch.setattr("engine.replay.replay.task_of", lambda _: task)
     files = firmware_files(CONFIG, robot(2), run="mine")
-    assert "inputs[0]: light * / left" in files["tsmr_robot/sensing.h"].decode()
-    assert "START_INPUTS[INPUTS] = {0.3, 0.3};" in files["tsmr_robot/controller.h"].decode()
+    assert "inputs[0]: light * / left\n" in files["tsmr_robot/sensing.h"].decode()
+    assert "inputs[1]: light right /, times 2.5\n" in files["tsmr_robot/sensing.h"].decode()
+    assert "START_INPUTS[INPUTS] = {0.3, 0.75};" in files["tsmr_robot/controller.h"].decode()
     build(tmp_path, files)
 
 

@@ -28,7 +28,7 @@ def frame_from(seed: int, time: float = 0.0) -> ReplayFrame:
     lengths = rng.uniform(0.03, 0.1, (3, 5)).astype(np.float32)
     head = pose[0, [0, 1], :2].mean(axis=0)
     contacts = rng.normal(size=(int(rng.integers(0, 5)), 3)).astype(np.float32)
-    return ReplayFrame(time, pose, lengths, head, contacts, rng.normal(size=2))
+    return ReplayFrame(time, pose, lengths, head, lambda: contacts, rng.normal(size=2))
 
 
 @dataclasses.dataclass

@@ -22,6 +22,14 @@ def test_every_combination_is_a_run():
     assert runs[0].config.trials == preset("smoke").trials
 
 
+def test_repetitions_give_every_run_a_seed_of_its_own():
+    shared = {k: v for k, v in SMALL.items() if k != "seeds"}
+    runs = plan({**shared, "repetitions": 3})
+    assert [r.config.seed for r in runs] == [1, 2, 3, 4, 5, 6]
+    assert [r.config.task for r in runs] == ["goal-reaching", "squeezing"] * 3
+    assert len({r.file for r in runs}) == 6
+
+
 def test_fields_for_all_and_for_a_variant():
     (run,) = plan(
         {
@@ -46,6 +54,7 @@ def test_fields_for_all_and_for_a_variant():
         ({"tasks": []}, "tasks must be a list"),
         ({"tasks": ["swimming"]}, "unknown task 'swimming'"),
         ({"algorithms": ["cma-me"]}, "cma-me"),
+        ({"repetitions": 2}, "either seeds or repetitions"),
         ({"seeds": ["1"]}, "seeds must be a list of whole numbers"),
         ({"seeds": [1, 1]}, "seeds names something twice"),
         ({"seeds": [-1]}, "seed must be"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from engine.config import RunConfig, create_algorithm, replaced
+from engine.search.variation import PUBLISHED
 from engine.simulation.evaluation import Evaluation
 
 FACE, BIAS = 3, 2.0
@@ -14,6 +15,7 @@ MOST = 3000
 SEARCHES = {
     "DM-ME": {"evaluations": 1500},
     "DM-ME, per module": {"evaluations": 1500, "stiffness": "per-module"},
+    "MAP-Elites in 2-D": {"evaluations": 1500, "algorithm": "map-elites-2d"},
     "deep grid": {"evaluations": MOST, "cell_capacity": 10},
     "MAP-Elites": {"evaluations": MOST, "algorithm": "map-elites"},
     "ViE-NEAT": {"evaluations": 1000, "algorithm": "vie-neat"},
@@ -51,7 +53,7 @@ def search(config):
 
 @pytest.mark.parametrize("name", SEARCHES)
 def test_a_known_optimum_is_found(name):
-    config = replaced(RunConfig(), initial=200, seed=1, **SEARCHES[name])
+    config = replaced(RunConfig(variation=PUBLISHED), initial=200, seed=1, **SEARCHES[name])
     algorithm, everybody = search(config)
     best = min(everybody, key=lambda e: e.fitness)
     assert best.fitness == LEAST
@@ -63,5 +65,6 @@ def test_a_known_optimum_is_found(name):
 
 
 def test_random_solutions_do_not_find_it():
-    _, everybody = search(replaced(RunConfig(), evaluations=MOST, initial=MOST, seed=1))
+    _, everybody = search(replaced(RunConfig(), algorithm="random", evaluations=MOST, initial=200, seed=1))
+    assert len(everybody) == MOST
     assert min(e.fitness for e in everybody) > LEAST

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import NEAT_PARAMETERS, Neat, from_genome, logistic, to_genome
+from engine.control.genome import NEAT_PARAMETERS, PUBLISHED_RATES, Neat, from_genome, logistic, to_genome
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from engine.search.neat_population import FloatingSizeReproduction, NeatPopulation
@@ -72,7 +72,7 @@ def test_it_goes_as_the_library_alone_would_with_the_published_configuration(tmp
             return spawn_amounts
 
     settings = tmp_path / "neat.cfg"
-    genome = "".join(f"{k} = {v}\n" for k, v in NEAT_PARAMETERS.items())
+    genome = "".join(f"{k} = {v}\n" for k, v in (NEAT_PARAMETERS | PUBLISHED_RATES.parameters()).items())
     settings.write_text(PUBLISHED + genome)
     config = neat.Config(
         neat.DefaultGenome, DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation, settings

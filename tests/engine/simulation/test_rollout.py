@@ -1,3 +1,5 @@
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from engine.simulation.trials import TrialConfig, noise_seed
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets
 from tests.support.made_up import evolved_controller
 
-PHYSICS = Physics()
+PHYSICS = Physics(simulator="mujoco")
 SHORT = TrialConfig(repeats=2, settle_time=0.2, open_loop_time=0.2, trial_time=1.0)
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(10, (5, 5))]
 SOLUTIONS = [
@@ -63,6 +65,17 @@ def test_two_threads_give_the_same_bits(evaluations):
     assert {k: bits(e) for k, e in two.items()} == {k: bits(e) for k, e in evaluations.items()}
 
 
+def test_head_positions_are_rounded_and_nothing_else(evaluations):
+    fine = evaluate(SOLUTIONS, trials=dataclasses.replace(SHORT, trajectory_bits=0))
+    for number, e in evaluations.items():
+        steps = e.trajectory.astype(float) * 2**14
+        assert np.array_equal(steps, np.round(steps))
+        # float32 holds the exact mean only to its own last digit
+        assert np.abs(e.trajectory - fine[number].trajectory).max() <= 2**-15 + 1e-8
+        assert not np.signbit(e.trajectory[e.trajectory == 0.0]).any()
+        assert bits(dataclasses.replace(e, trajectory=fine[number].trajectory)) == bits(fine[number])
+
+
 @pytest.mark.parametrize("i", range(4))
 def test_a_solution_alone_gives_the_same_bits(evaluations, i):
     s = SOLUTIONS[i]
@@ -86,7 +99,7 @@ def test_noise_depends_on_run_solution_target_and_repeat(evaluations):
 
 
 def test_without_noise_repeats_are_equal_and_seeds_do_not_matter():
-    quiet = Physics(servo_noise=0.0)
+    quiet = Physics(simulator="mujoco", servo_noise=0.0)
     (e,) = evaluate(SOLUTIONS[:1], physics=quiet).values()
     assert (e.distances[:, 0] == e.distances[:, 1]).all()
     (other,) = evaluate(SOLUTIONS[:1], physics=quiet, run_seed=4).values()
@@ -114,12 +127,13 @@ def test_the_trajectory_is_the_mean_of_the_repeats(evaluations):
         assert result.scores.tolist() == e.distances[:, repeat].tolist()
         paths.append(result.trajectory)
     expected = np.mean(paths, axis=0)[:, 1:]
-    np.testing.assert_allclose(e.trajectory, expected, rtol=1e-6, atol=1e-9)
+    # it is rounded
+    np.testing.assert_allclose(e.trajectory, expected, rtol=1e-6, atol=2**-15 + 1e-8)
 
 
 @pytest.mark.parametrize("n", [2, 4])
 def test_a_diverging_simulation_is_a_failure_not_an_exception(n):
-    physics = Physics(timestep=0.02, control_period=0.02)
+    physics = Physics(simulator="mujoco", timestep=0.02, control_period=0.02)
     solutions = [
         Solution(number=i, morphology=Morphology(10, (1,) * n), controller=evolved_controller(i, 0))
         for i in range(2)

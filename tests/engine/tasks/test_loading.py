@@ -65,7 +65,7 @@ def test_the_example_is_a_short_file_that_makes_a_task():
         assert step.centre[0] - step.half_size[0] == pytest.approx(0.15)
     # a head 5 cm from the edge, 20 cm from the target, 4 cm high; then one on the step
     view = a_view(position=(0.1, 0.0), direction=(1, 0), target=(0.3, 0.0), walls=worlds(task, 2)[0])
-    np.testing.assert_allclose(task.sense(view)[0, 0], [20, 0, 5, 4], atol=1e-9)
+    np.testing.assert_allclose(task.sense(view)[0, 0], [2 / 3, 0, 1 / 3, 0.4], atol=1e-9)
     assert task.score(view)[0, 0] == pytest.approx(0.2)
     view = a_view(position=(0.2, 0.0), direction=(1, 0), target=(0.3, 0.0), walls=worlds(task, 2)[0])
     assert task.score(view)[0, 0] == pytest.approx(0.1 - 0.05)

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -14,6 +15,7 @@ from engine.tasks import (
     distance_and_bearing,
     fitness,
     get_task,
+    sensed,
     target_offsets,
     worlds,
 )
@@ -125,10 +127,40 @@ def test_targets_at_chosen_bearings():
     )
 
 
-def test_controllers_sense_centimetres_and_radians():
-    sensed = GOAL_REACHING.sense(a_view(position=(0.1, 0.0), direction=(0.0, 0.2), target=(-0.2, 0.3)))
-    assert sensed.shape == (1, 1, 2)
-    np.testing.assert_allclose(sensed[0, 0], [30 * math.sqrt(2), math.pi / 4])
+@pytest.mark.parametrize(
+    ("sensors", "expected"),
+    [("centimetres", [30 * math.sqrt(2), math.pi / 4]), ("relative", [2 / 3 * math.sqrt(2), 1 / 4])],
+)
+def test_controllers_sense_in_the_units_asked_for(sensors, expected):
+    view = a_view(position=(0.1, 0.0), direction=(0.0, 0.2), target=(-0.2, 0.3))
+    found = sensed(get_task("goal-reaching", sensors), view, np.ones((1, 1), bool))
+    assert found.shape == (1, 1, 2)
+    np.testing.assert_allclose(found[0, 0], expected)
+
+
+def test_units_are_factors_on_what_is_sensed():
+    twice = dataclasses.replace(GOAL_REACHING, units=(2.0, 0.0), relative_units=())
+    view = a_view(position=(0.0, 0.0), direction=(0.0, 0.2), target=(0.0, 0.3))
+    np.testing.assert_allclose(sensed(twice, view, np.ones((1, 1), bool))[0, 0], [0.6, 0.0])
+    # one set of units is for every run
+    assert twice.sensing("relative") == twice
+    plain = dataclasses.replace(GOAL_REACHING, units=(), relative_units=())
+    assert plain.units == plain.relative_units == (1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("units", "reason"),
+    [
+        ((1.0,), "1 units for 2 inputs"),
+        ((1.0, math.inf), "finite numbers, not inf"),
+        (("1", 1.0), "finite numbers, not '1'"),
+        ("cm", "must be a tuple, not 'cm'"),
+        (3.0, "must be a tuple, not 3.0"),
+    ],
+)
+def test_units_that_fit_no_input_are_refused(units, reason):
+    with pytest.raises(InvalidData, match=reason):
+        dataclasses.replace(GOAL_REACHING, units=units)
 
 
 def test_fitness_is_never_a_negative_zero():

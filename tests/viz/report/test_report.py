@@ -8,14 +8,23 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from engine.analysis.comparison import Comparison, TaskComparison, _groups, compare_runs
-from engine.analysis.run_result import RunResult
+from engine.analysis.comparison import Comparison, TaskComparison, compare_runs
+from engine.analysis.comparison.measures import MEASURES, number
+from engine.analysis.comparison.run_result import Robust, RunResult
+from engine.analysis.comparison.task_comparison import make_groups
+from engine.config import replaced
 from viz.report.maps import maps_figure, task_scale
 from viz.report.nested import nested_figure
 from viz.report.report import render_page, report_sections, style
 from viz.report.style import DARK, LIGHT, colors
-from viz.report.tables import number, p_value, rank_sum_table, runs_table, statistics_table
-from viz.report.trends import ends_figure, trend_figure
+from viz.report.tables import (
+    p_value,
+    runs_table,
+    settings_table,
+    significance_table,
+    statistics_table,
+)
+from viz.report.trends import ends_figure, profile_figure, trend_figure
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +52,7 @@ def comparison(result: RunResult) -> Comparison:
 
     runs = [as_run(0, "vie-neat"), *(as_run(k, "map-elites") for k in range(1, 7))]
     runs += [as_run(k, "dm-me") for k in range(7, 12)]
-    task = TaskComparison("goal-reaching", _groups(runs))
+    task = TaskComparison("goal-reaching", make_groups(runs))
     return Comparison((task,), {r.path: r.path.name for r in runs}, ("a <note> & more",))
 
 
@@ -92,7 +101,7 @@ def test_single_runs_lie_beside_each_other_by_algorithm(single: Comparison) -> N
 
 
 def test_a_map_shows_every_elite_where_it_belongs(result: RunResult, comparison: Comparison) -> None:
-    task = TaskComparison("goal-reaching", _groups([result]))
+    task = TaskComparison("goal-reaching", make_groups([result]))
     morphology, controller = heatmaps(maps_figure(task, {result.path: "run"}, LIGHT))
     for drawn, name in ((morphology, "morphology"), (controller, "controller")):
         shown = result.maps[name]
@@ -117,7 +126,7 @@ def test_all_maps_of_a_task_share_one_scale(comparison: Comparison) -> None:
 
 
 def test_nested_map_has_a_block_for_every_body(result: RunResult) -> None:
-    task = TaskComparison("goal-reaching", _groups([result]))
+    task = TaskComparison("goal-reaching", make_groups([result]))
     figure = nested_figure(task, [result], {result.path: "a<b>"}, LIGHT)
     (drawn,) = heatmaps(figure)
     z = np.array(drawn.z, dtype=float)
@@ -148,24 +157,51 @@ def test_trends_have_a_mean_and_a_band_for_every_algorithm(comparison: Compariso
     assert expected.std[-1] == pytest.approx(0.1 * np.std(range(1, 7), ddof=1))
 
 
+def test_the_trend_of_squeezing_has_the_line_of_its_aperture(comparison: Comparison) -> None:
+    task = comparison.tasks[0]
+    assert not trend_figure(task, ("best",), LIGHT).layout.shapes
+    squeezing = dataclasses.replace(task, task="squeezing")
+    (line,) = trend_figure(squeezing, ("best",), LIGHT).layout.shapes
+    assert line.y0 == line.y1 == pytest.approx(15.17, abs=0.005)  # as the paper says
+    assert not trend_figure(squeezing, ("qd_score", "coverage"), LIGHT).layout.shapes
+
+
+def test_the_profile_counts_cells_above_any_limit(result: RunResult) -> None:
+    robust = Robust(4, (0.10, 0.02, -0.01), {})
+    group = make_groups([dataclasses.replace(result, robust=robust)])
+    figure = profile_figure(TaskComparison("goal-reaching", group), LIGHT)
+    trend, ends, fresh = [t for t in figure.data if t.mode in ("lines", "markers")]
+    values = 100.0 * np.array(list(result.maps["morphology"].values(0.45).values()))
+    assert trend.y[-1] == (values > 0.7925).sum()
+    for k in (0, 60, 120, 199):
+        assert ends.y[k] == (values > ends.x[k]).sum()
+    assert fresh.line.dash == "dot"
+    # 10, 2 and -1 cm
+    assert [fresh.y[int(np.searchsorted(fresh.x, at))] for at in (0.5, 2.5, 9.5)] == [2, 1, 1]
+    assert fresh.y[-1] == 0
+
+
 def test_ends_show_every_run_and_the_published_mean(comparison: Comparison) -> None:
     figure = ends_figure(comparison.tasks[0], LIGHT)
     published = [t for t in figure.data if t.legendgroup == "published"]
-    assert [t.y[0] for t in published[:3]] == [26.21, 22.16, 25.76]
+    assert [t.x[0] for t in published[:3]] == [26.21, 22.16, 25.76]
     assert sum(t.showlegend for t in published) == 1
     dots = [len(t.y) for t in figure.data if t.mode == "markers" and t.legendgroup != "published"]
     assert dots == [1, 6, 5] * 2
 
 
 def test_variants_get_colours_of_their_own() -> None:
-    names = ["DM-ME", "DM-ME deep grid", *"abcdef"]
-    assert len(set(colors(names[:5]).values())) == 5
+    names = ["DM-ME", "DM-ME, cell capacity 50", *"abcdefgh"]
+    assert len(set(colors(names).values())) == 10
     assert colors(["DM-ME"])["DM-ME"] == colors(names)["DM-ME"]
 
 
 def test_numbers_for_people() -> None:
     assert number(-1234.567, 1) == "−1,234.6"
-    assert number(None, 2) == "–"
+    assert number(None, 2) == "—"
+    # a mean of counts may not be whole
+    assert [MEASURES["above"].text(v) for v in (1234.0, 2.5, None)] == ["1,234", "2.5", "—"]
+    assert MEASURES["offset_qd_score"].text(2.6) == "3"
     assert p_value(0.000157) == "0.0002"
     assert p_value(1e-9) == "< 0.0001"
 
@@ -181,12 +217,24 @@ def test_tables(comparison: Comparison) -> None:
     assert row[-5:] == ["22.16", "4.13", "15.40", "29.14", "21.50"]
     assert "published" not in statistics_table(task, "coverage")
     assert runs_table(task, comparison.labels).count("<tr>") == 1 + 12
-    tested = rank_sum_table(task)
+    tested = significance_table(task)
     assert "1 run of ViE-NEAT and 6 runs of MAP-Elites are too few" in tested
-    assert "MAP-Elites and DM-ME differ." in tested
+    assert "MAP-Elites and DM-ME differ: DM-ME is higher." in tested
     few = TaskComparison("goal-reaching", tuple(dataclasses.replace(g, runs=g.runs[:2]) for g in task.groups))
-    assert rank_sum_table(few).count("too few runs to say which algorithm is better") == 1
-    assert "a single algorithm" in rank_sum_table(TaskComparison("goal-reaching", task.groups[:1]))
+    assert significance_table(few).count("too few runs to say which group is better") == 1
+    alone = TaskComparison("goal-reaching", task.groups[:1])
+    assert "a single group" in significance_table(alone)
+    assert settings_table(alone) == ""
+
+
+def test_a_table_says_what_groups_differ_in(result: RunResult) -> None:
+    config = replaced(result.config, seed=5, batch_size=8, sensory="displacements")
+    groups = make_groups([result, dataclasses.replace(result, config=config)])
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", settings_table(TaskComparison("goal-reaching", groups)))
+    assert cells == [
+        *("batch_size", str(result.config.map_search.batch_size), "8"),
+        *("sensory", "positions", "displacements"),
+    ]
 
 
 def test_the_page_stands_alone(single: Comparison) -> None:

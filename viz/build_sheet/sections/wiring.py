@@ -87,9 +87,12 @@ def _controller(facts: Facts) -> list[str]:
     rate = 1 / facts.config.physics.control_period
     frequencies = " or ".join(f"{f:g}" for f in servo.FREQUENCIES)
     phases = ", ".join(f"{np.degrees(p):.0f}°" for p in servo.PHASES)
-    inputs = ", ".join(style.escaped(name) for name in facts.task.inputs)
+    inputs = ", ".join(
+        style.escaped(name) + ("" if unit == 1.0 else f" times {unit:.4g}")
+        for name, unit in zip(facts.task.inputs, facts.task.units, strict=True)
+    )
     return [
-        f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in cm,"
+        f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in m,"
         f" angles in rad, positive to the left) and gives every module a frequency ({frequencies} Hz) and a"
         f" phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time + phase) + 1).",
         "The robot carries no sensor for these values: something beside it, such as a camera above the floor"

@@ -52,6 +52,8 @@ class Dropped:
         forget(self.state)
         self.n_updates = 0
         """Control updates since the drop."""
+        self.failed_at = 0
+        """Control updates from the drop to the failure of the simulation, or 0."""
         self._end = end
         self._physics = physics
 
@@ -60,13 +62,13 @@ class Dropped:
         """Why the simulation was stopped, one of ``guard``'s codes, or 0."""
         return int(by_lane(self.state.failed)[0, 0])
 
-    def settle(self, duration: float, record: frozenset[str] = NOTHING) -> Recording:
-        """Let the robot come to rest for some seconds, servos off."""
+    def settle(self, n_updates: int, record: frozenset[str] = NOTHING) -> Recording:
+        """Let the robot come to rest for some control updates, servos off; return a recording of one lane."""
         loop = self._loop(RELEASED)
-        n = round(duration / self._physics.control_period)
-        recording = make_recording(self.model, loop, n, record)
-        run(self.model, self.state, loop, recording, n)
-        self.n_updates += n
+        recording = make_recording(self.model, loop, n_updates, record, n_trials=1)
+        run(self.model, self.state, loop, recording, n_updates)
+        self.n_updates += n_updates
+        self.failed_at = self.failed_at or int(by_lane(loop.failed_at)[0, 0])
         return recording
 
     def goes_end_first(self, duration: float) -> tuple[bool, int]:
@@ -81,7 +83,7 @@ class Dropped:
         state, loop = self._pulsing()
         x, y, rear_x, rear_y = by_lane(loop.scene.faces)[:, 0].tolist()
         n = round(duration / self._physics.control_period)
-        run(self.model, state, loop, make_recording(self.model, loop, n, NOTHING), n)
+        run(self.model, state, loop, make_recording(self.model, loop, n, NOTHING, n_trials=1), n)
         now_x, now_y = by_lane(loop.scene.faces)[2:, 0].tolist()
         moved = (now_x - rear_x) * (x - rear_x) + (now_y - rear_y) * (y - rear_y)
         return moved >= 0.0, int(by_lane(state.failed)[0, 0])
@@ -93,7 +95,7 @@ class Dropped:
             The copy, what drove it and what was recorded, after ``n_updates`` control updates.
         """
         state, loop = self._pulsing()
-        recording = make_recording(self.model, loop, n_updates, record)
+        recording = make_recording(self.model, loop, n_updates, record, n_trials=1)
         run(self.model, state, loop, recording, n_updates)
         return state, loop, recording
 
@@ -108,7 +110,7 @@ class Dropped:
     def _loop(self, drive: int) -> Loop:
         width = width_of(self.state.rods)
         scene = make_scene(
-            PYTHON, n_inputs=0, head=head_rods(self._end), targets=np.zeros((width, 2)), walls=[()] * width
+            PYTHON, units=(), head=head_rods(self._end), targets=np.zeros((width, 2)), walls=[()] * width
         )
         loop = make_loop(
             self.model,

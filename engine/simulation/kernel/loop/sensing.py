@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from engine.exact import cosine_and_sine
 from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import (
     Integer,
@@ -28,7 +29,7 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.lanes.transcendental import angle, sine_and_cosine
+from engine.simulation.kernel.lanes.transcendental import angle
 from engine.simulation.kernel.physics.state import ROD, WALL
 from engine.tasks import GOAL_REACHING, SQUEEZING, Task
 from engine.tasks.squeezing import BONUS, DEPTH, SENSOR_RANGE
@@ -44,16 +45,13 @@ APERTURE: Final = 2
 SEEN: Final = WALL + 1
 """Numbers of a wall: those of ``kernel.physics.state``, then 1, or 0 in a lane where it is buried."""
 
-_UNITS: Final = {GOAL: (100.0, 1.0), APERTURE: (100.0, 1.0, 100.0, 1.0, 1.0)}
-"""Factors on what is sensed in m and rad: the published networks take centimetres."""
-
 
 class Scene(NamedTuple):
     """What the lanes' trials take place in and what their heads perceive of it.
 
     Attributes:
         kind: of the task.
-        units: (inputs,) factors on the sensed numbers.
+        units: (inputs,) factors on what is sensed in m and rad.
         reach: up to where squeezing senses a wall straight ahead, in m.
         depth, bonus: how far past the gate a head must be, and what is deducted from its distance then, in m.
         head: (6,) the three rods whose centres average to the head's front face, then those of its rear face.
@@ -87,7 +85,7 @@ def kind_of(task: Task) -> int:
 def make_scene(
     kind: int,
     *,
-    n_inputs: int,
+    units: Sequence[float],
     head: Sequence[int],
     targets: np.ndarray,
     walls: Sequence[Sequence[Wall]],
@@ -96,7 +94,7 @@ def make_scene(
 
     Args:
         kind: of the task.
-        n_inputs: how many numbers it senses.
+        units: per number that it senses a factor.
         head: the head's rods, see ``Scene``.
         targets: (lanes, 2) in the frame.
         walls: per lane its walls in the frame, equally many for all.
@@ -106,14 +104,12 @@ def make_scene(
     numbers = by_lane(boxes).reshape(len(walls[0]), SEEN, width)
     for lane, boxes_there in enumerate(walls):
         for k, w in enumerate(boxes_there):
-            numbers[k, :, lane] = (*w.centre, *w.half_size, *direction_of(w.yaw), not w.is_buried)
+            numbers[k, :, lane] = (*w.centre, *w.half_size, *cosine_and_sine(w.yaw), not w.is_buried)
     target = reals(4, width=width)
     by_lane(target)[:2] = targets.T
-    units = np.array(_UNITS.get(kind, (1.0,) * n_inputs))
-    assert len(units) == n_inputs
     return Scene(
         kind=kind,
-        units=units,
+        units=np.array(units, float),
         reach=SENSOR_RANGE,
         depth=DEPTH,
         bonus=BONUS,
@@ -123,29 +119,6 @@ def make_scene(
         walls=boxes,
         faces=reals(4, width=width),
     )
-
-
-def offsets_of(distance: float, bearings: Sequence[float]) -> np.ndarray:
-    """Return the (targets, 2) places in the frame at a distance in m and some bearings in rad.
-
-    They are ``engine.tasks.target_offsets``, with the same bits on every machine.
-    """
-    return distance * np.array([direction_of(b) for b in bearings])
-
-
-def direction_of(bearing: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle in rad, the same on every machine."""
-    numbers = reals(3, width=1)
-    by_lane(numbers)[0] = bearing
-    _direction_of(numbers)
-    return float(by_lane(numbers)[1, 0]), float(by_lane(numbers)[2, 0])
-
-
-@inlined
-def _direction_of(numbers: Reals) -> None:
-    sine, cosine = sine_and_cosine(load(numbers, 0))
-    store(numbers, 1, cosine)
-    store(numbers, 2, sine)
 
 
 @inlined

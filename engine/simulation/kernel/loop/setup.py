@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 
 from engine.control.genome import Controller
-from engine.simulation.kernel.lanes.simd import Integers, Reals, integers, reals, width_of
+from engine.simulation.kernel.lanes.simd import Integers, Reals, integers, reals
 from engine.simulation.kernel.loop.network import Network, compile_network, no_network
 from engine.simulation.kernel.loop.noise import streams
 from engine.simulation.kernel.loop.sensing import Scene
@@ -119,16 +119,19 @@ class HeadOf(Protocol):
         """Whether it is the chain's last module."""
 
 
-def make_recording(model: Model, loop: Loop, n_updates: int, record: frozenset[str]) -> Recording:
-    """Return room for the next control updates of all lanes.
+def make_recording(
+    model: Model, loop: Loop, n_updates: int, record: frozenset[str], *, n_trials: int
+) -> Recording:
+    """Return room for the next control updates of the first lanes.
 
     Args:
         model: the robot.
         loop: what drives it.
         n_updates: how many control updates.
         record: which fields are wanted besides the path.
+        n_trials: how many lanes.
     """
-    n, rhythm = width_of(loop.values), loop.rhythm
+    rhythm = loop.rhythm
     since = int(loop.clock[0]) - rhythm.start
     seconds = (since + n_updates) // rhythm.per_second - since // rhythm.per_second
     sizes: dict[str, tuple[int, ...]] = {
@@ -137,8 +140,8 @@ def make_recording(model: Model, loop: Loop, n_updates: int, record: frozenset[s
         "sensed": (loop.network.n_inputs,),
     }
     assert record <= set(sizes)
-    arrays = {k: np.zeros((n_updates if k in record else 0, n, *size)) for k, size in sizes.items()}
-    return Recording(path=np.zeros((seconds, n, 2)), **arrays)
+    arrays = {k: np.zeros((n_updates if k in record else 0, n_trials, *size)) for k, size in sizes.items()}
+    return Recording(path=np.zeros((seconds, n_trials, 2)), **arrays)
 
 
 def head_rods(head: HeadOf) -> list[int]:

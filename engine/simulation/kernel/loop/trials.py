@@ -97,7 +97,7 @@ class Trials:
             branch(state, settled, lane)
             scene = make_scene(
                 kind,
-                n_inputs=task.n_inputs,
+                units=task.units,
                 head=head_rods(head),
                 targets=np.asarray(targets)[of_lane],
                 walls=[walls[i] for i in of_lane],
@@ -193,13 +193,14 @@ class Trials:
         """
         assert self.in_kernel or n_updates == 1
         recordings = []
-        for state, loop in zip(self.states, self.loops, strict=True):
-            recording = make_recording(self.model, loop, n_updates, record)
+        for k, (state, loop) in enumerate(zip(self.states, self.loops, strict=True)):
+            n_trials = min(self._width, self._n - k * self._width)
+            recording = make_recording(self.model, loop, n_updates, record, n_trials=n_trials)
             run(self.model, state, loop, recording, n_updates)
             recordings.append(recording)
         m = self.model.n_modules
         path, poses, commands, sensed = (
-            np.concatenate(parts, axis=1)[:, : self._n] for parts in zip(*recordings, strict=True)
+            np.concatenate(parts, axis=1) for parts in zip(*recordings, strict=True)
         )
         return Motion(
             path.transpose(1, 0, 2),

@@ -14,6 +14,8 @@ from typing import Any, Final, NamedTuple
 import mujoco
 import numpy as np
 
+from engine.body.kinematics import points_on, rotation_rows
+from engine.exact import length
 from engine.simulation.kernel.physics.scope import refuse_unknown, same_for_all
 
 RODS: Final = 6
@@ -27,6 +29,8 @@ SETTLED: Final = 1e-8
 """Default of ``Model.settled``, in m/s; ``solver`` says why."""
 MOST_SWEEPS: Final = 200
 """Default of ``Model.most_sweeps``."""
+JOINT: Final = 7
+"""Numbers of a free joint's position: centre and quaternion."""
 _ON_AXIS: Final = 1e-12
 """How far from a rod's axis, in m, the point of a link may lie."""
 
@@ -61,7 +65,7 @@ class Model(NamedTuple):
         islands: (islands x 2,) the rods of an island; -1 in place of a second one.
         island_of: (6 m,) the island of a rod.
         island_arms: (islands x 2,) where the island's link meets them, along their axes from the middle.
-        island_weight: (islands,) MuJoCo's mean inverse inertia of the link.
+        island_weight: (islands,) the link's acceleration per force as built, which scales its softness.
         speed_limit: speed in m/s that no rod can reach.
         arena_radius: coordinate in m beyond which no rod can get.
         settled: change of a rod's velocity in m/s in one sweep that does not count.
@@ -158,7 +162,7 @@ def _count_rods(model: mujoco.MjModel) -> int:
         raise ValueError(f"the kernel needs modules of {RODS} rods, not {n} bodies")
     if model.njnt != n or model.body_parentid.any() or (model.body_jntnum[1:] != 1).any():
         raise ValueError("the kernel needs every body to hang on a free joint of its own")
-    if (model.jnt_qposadr != 7 * np.arange(n)).any() or (model.body_jntadr[1:] != np.arange(n)).any():
+    if (model.jnt_qposadr != JOINT * np.arange(n)).any() or (model.body_jntadr[1:] != np.arange(n)).any():
         raise ValueError("the kernel needs joints in the order of the bodies")
     return n
 
@@ -290,8 +294,8 @@ def _reference(
     if not (0.0 < least <= most < 1.0 and width > 0.0):
         raise ValueError(f"the kernel needs {what}_solimp to rise from above 0 to below 1 over some width")
     time = max(float(time), 2.0 * model.opt.timestep)
-    stiffness = 1.0 / (most * time * ratio) ** 2
-    return float(stiffness), 2.0 / (most * time), (least, most, width)
+    root = 1.0 / (most * time * ratio)
+    return float(root * root), 2.0 / (most * time), (least, most, width)
 
 
 def _links(
@@ -317,6 +321,7 @@ def _links(
         )
     else:
         limits, stiffness, damping, impedance = np.zeros(2), 0.0, 0.0, (0.5, 0.5, 1.0)
+    weights = _link_weights(model, links, rods, anchors)
     alone = np.setdiff1d(np.arange(n_rods), rods)
     pairs = np.concatenate([rods, np.column_stack([alone, np.full(len(alone), -1)])])
     order = pairs[:, 0].argsort()
@@ -332,8 +337,33 @@ def _links(
         "islands": pairs[order].ravel().astype(np.int64),
         "island_of": island_of,
         "island_arms": np.concatenate([arms, np.zeros((len(alone), 2))])[order].ravel(),
-        "island_weight": np.concatenate([model.tendon_invweight0[links], np.zeros(len(alone))])[order],
+        "island_weight": np.concatenate([weights, np.zeros(len(alone))])[order],
     }
+
+
+def _link_weights(
+    model: mujoco.MjModel, links: np.ndarray, rods: np.ndarray, anchors: np.ndarray
+) -> np.ndarray:
+    """Return the links' accelerations per force as built, (n,): MuJoCo's ``tendon_invweight0``.
+
+    MuJoCo factorises a matrix for it. Here the order of all sums is known.
+    """
+    poses, bodies = model.qpos0.reshape(-1, JOINT), rods.ravel()
+    ends = points_on(poses, bodies, anchors.reshape(-1, 3)).reshape(-1, 2, 3)
+    middles = points_on(poses, bodies, model.body_ipos[1 + bodies]).reshape(-1, 2, 3)
+    along = ends[:, 1] - ends[:, 0]
+    moments = np.cross(ends - middles, (along / length(along)[:, None])[:, None])
+    weights = np.zeros(len(links))
+    for side in range(2):
+        rows = rotation_rows(poses[rods[:, side], 3:])
+        inertia = model.body_inertia[1 + rods[:, side]]
+        weights += 1.0 / model.body_mass[1 + rods[:, side]]
+        for axis in range(3):
+            own = sum(row[axis] * moments[:, side, i] for i, row in enumerate(rows))
+            weights += own * own / inertia[:, axis]
+    if not np.allclose(weights, model.tendon_invweight0[links], rtol=1e-9, atol=0.0):
+        raise ValueError("the kernel needs tendon_invweight0 to be that of the robot as built")
+    return weights
 
 
 def _apart(model: mujoco.MjModel, n_rods: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from engine.exact import cosine_and_sine
 from engine.simulation.kernel.lanes import simd
 from engine.simulation.kernel.lanes.algebra import (
     Point,
@@ -63,7 +64,7 @@ def place_walls(state: State, lane: int, walls: Sequence[Wall]) -> None:
     """Put up walls in a lane; those that it lacks stand where nothing meets them."""
     rows = np.tile(NOWHERE_NEAR, (len(state.walls) // WALL, 1))
     for row, w in zip(rows, walls, strict=False):
-        row[:] = (*w.centre, *w.half_size, math.cos(w.yaw), math.sin(w.yaw))
+        row[:] = (*w.centre, *w.half_size, *cosine_and_sine(w.yaw))
     simd.by_lane(state.walls)[:, lane] = rows.ravel()
 
 

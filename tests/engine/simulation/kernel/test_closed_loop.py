@@ -124,7 +124,7 @@ class Again:
 
     def update(self, centres):
         """Return what is sensed in a state and what is commanded then."""
-        sensed = self.robot.task.sense(self.view(centres))
+        sensed = self.robot.task.sense(self.view(centres)) * self.robot.task.units
         outputs = self.network.activate(sensed)[0]
         frequency = servo.pick(servo.FREQUENCIES, outputs[:, 0::2])
         phase = servo.pick(servo.PHASES, outputs[:, 1::2])
@@ -246,7 +246,7 @@ def test_a_robot_that_failed_before_has_a_path_of_zeros(task):
 
 def test_settling_is_the_physics_with_slack_cables():
     dropped, alone = drop(MORPHOLOGY), drop(MORPHOLOGY)
-    recording = dropped.settle(0.4, frozenset({"poses"}))
+    recording = dropped.settle(20, frozenset({"poses"}))
     simd.by_lane(alone.state.commanded)[:] = closed_loop.SLACK
     step.run(alone.model, alone.state, 20 * PHYSICS.steps_per_control)
     assert dropped.n_updates == 20
@@ -259,7 +259,7 @@ def test_settling_is_the_physics_with_slack_cables():
 def test_the_head_goes_first(faces, end_first):
     morphology = dataclasses.replace(MORPHOLOGY, faces=faces)
     dropped = drop(morphology)
-    dropped.settle(0.4)
+    dropped.settle(20)
     before = dropped.state.rods.tobytes()
     assert dropped.goes_end_first(2.0) == (end_first, 0)
     assert dropped.state.rods.tobytes() == before

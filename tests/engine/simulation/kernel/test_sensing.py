@@ -14,7 +14,15 @@ from numba import njit
 from engine.simulation.kernel.lanes import simd
 from engine.simulation.kernel.loop import sensing
 from engine.simulation.kernel.physics.state import ROD, WALL
-from engine.tasks import GOAL_REACHING, SQUEEZING, GroundFrame, View, remaining_distance, target_offsets
+from engine.tasks import (
+    GOAL_REACHING,
+    SQUEEZING,
+    GroundFrame,
+    View,
+    remaining_distance,
+    sensed,
+    target_offsets,
+)
 from engine.tasks.squeezing import DEPTH, SENSOR_RANGE
 from engine.tasks.walls import BURIED, Obstacles, Wall
 from tests.support.made_up import examples
@@ -24,6 +32,7 @@ N_RODS = 12
 HEAD = (7, 9, 10, 6, 8, 11)
 """Rods of the front and the rear face."""
 TASKS = (GOAL_REACHING, SQUEEZING)
+IN_ALL_UNITS = [task.sensing(units) for task in TASKS for units in ("centimetres", "relative")]
 
 
 @njit
@@ -64,7 +73,7 @@ class Trial:
     def __init__(self, task, settled, walls, targets, width=WIDTH):
         self.task, self.walls, self.targets = task, walls, targets
         kind = sensing.kind_of(task)
-        self.scene = sensing.make_scene(kind, n_inputs=task.n_inputs, head=HEAD, targets=targets, walls=walls)
+        self.scene = sensing.make_scene(kind, units=task.units, head=HEAD, targets=targets, walls=walls)
         self.failed = simd.integers(1, width=width)
         self.placed = simd.reals(WALL * len(walls[0]), width=width)
         _begin(rods_at(settled), self.failed, self.scene, self.placed)
@@ -119,19 +128,20 @@ def random_trial(task, seed):
     return trial, settled + rng.normal(size=(4, WIDTH, N_RODS, 3)) * rng.choice([0.01, 0.3, 1.0])
 
 
-@pytest.mark.parametrize("task", TASKS, ids=lambda t: t.name)
-@examples(150)
+@pytest.mark.parametrize("task", IN_ALL_UNITS, ids=lambda t: f"{t.name}-{t.units[0]:.1f}")
+@examples(75)
 @given(st.integers(0, 2**32 - 1))
 def test_sensors_and_scores_are_the_tasks(task, seed):
     trial, states = random_trial(task, seed)
     for centres in states:
         inputs, scores = trial.felt(centres)
         view = trial.view(centres)
-        expected = task.sense(view)[:, 0]
+        expected = sensed(task, view, np.ones(view.shape, bool))[:, 0]
         # a bearing may be a whole turn off where it is behind to rounding
         off = inputs - expected
-        off[:, 1::2] -= 2.0 * math.pi * np.round(off[:, 1::2] / (2.0 * math.pi))
-        if task is SQUEEZING:
+        turn = 2.0 * math.pi * task.units[1]
+        off[:, 1::2] -= turn * np.round(off[:, 1::2] / turn)
+        if task.sense is SQUEEZING.sense:
             unclear = np.abs(view.clearance[:, 0] - SENSOR_RANGE) < 1e-12
             off[unclear, 4] = 0.0
         np.testing.assert_allclose(off, 0.0, atol=1e-11)
@@ -253,15 +263,3 @@ def test_only_tasks_with_both_functions_are_in_the_kernel():
     assert sensing.kind_of(dataclasses.replace(SQUEEZING, target_distance=0.7)) == sensing.APERTURE
     assert sensing.kind_of(dataclasses.replace(GOAL_REACHING, sense=remaining_distance)) == sensing.PYTHON
     assert sensing.kind_of(dataclasses.replace(SQUEEZING, score=remaining_distance)) == sensing.PYTHON
-
-
-@pytest.mark.parametrize("task", TASKS, ids=lambda t: t.name)
-def test_offsets_of_targets(task):
-    found = sensing.offsets_of(task.target_distance, task.target_bearings)
-    np.testing.assert_allclose(found, target_offsets(task), rtol=0.0, atol=1e-16)
-
-
-@pytest.mark.parametrize("bearing", [0.0, 1.0, -2.5, math.radians(5.0), 100.0])
-def test_direction_of_a_bearing(bearing):
-    expected = math.cos(bearing), math.sin(bearing)
-    np.testing.assert_allclose(sensing.direction_of(bearing), expected, rtol=2.3e-16)

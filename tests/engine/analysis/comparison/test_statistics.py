@@ -3,13 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.analysis import published
-from engine.analysis.statistics import (
+from engine.analysis.comparison import published
+from engine.analysis.comparison.statistics import (
     MAX_TREND_POINTS,
     describe,
-    fewest_runs,
-    rank_sum,
-    smallest_rank_sum_p,
     trend,
 )
 from tests.support.made_up import examples
@@ -20,55 +17,14 @@ def test_statistics_by_hand():
     assert (s.n, s.mean, s.min, s.max, s.median) == (5, 5.0, 2.0, 9.0, 4.0)
     assert s.std == pytest.approx(np.sqrt((9 + 1 + 1 + 1 + 16) / 4))
     assert describe([1.0, 2.0]).median == 1.5
+    assert s.quartiles == (4.0, 6.0)
+    assert describe([1.0, 2.0, 4.0, 8.0]).quartiles == (1.75, 5.0)
 
 
 def test_one_value_has_no_spread_and_none_no_statistics():
     assert describe([3.0]).std is None
     with pytest.raises(ValueError, match="no value"):
         describe([])
-
-
-def test_rank_sum_gives_the_papers_p_for_ten_runs_that_beat_ten():
-    # tables 4 to 7: 0.000157 is the smallest p-value of 10 against 10, and stands in one of them
-    test = rank_sum(range(10), range(10, 20))
-    assert test.p == pytest.approx(0.000157, abs=5e-7)
-    assert test.p == pytest.approx(
-        published.rank_sum_p("qd_score", "squeezing", "dm-me", "vie-neat"), abs=5e-7
-    )
-    assert test.significant
-    assert test.sentence("A", "B") == "A and B differ."
-
-
-def test_rank_sum_by_hand():
-    # ranks of the first sample: 1, 3, 4, 6; W = 14, mean 4 * 9 / 2 = 18, variance 4 * 4 * 9 / 12 = 12
-    from scipy.stats import norm
-
-    test = rank_sum([1.0, 3.0, 4.0, 6.0], [2.0, 5.0, 7.0, 8.0])
-    assert test.p == pytest.approx(2 * norm.cdf((14 - 18) / np.sqrt(12)))
-    assert not test.significant
-    assert test.sentence("A", "B") == "No difference between A and B is shown."
-
-
-def test_too_few_runs_say_nothing_however_they_differ():
-    assert smallest_rank_sum_p(1, 1) == 1.0
-    assert smallest_rank_sum_p(3, 3) == pytest.approx(0.1)
-    assert smallest_rank_sum_p(4, 4) == pytest.approx(2 / 70)
-    assert smallest_rank_sum_p(2, 8) == pytest.approx(2 / 45)
-    assert fewest_runs() == 4
-    test = rank_sum([1.0, 2.0, 3.0], [10.0, 11.0, 12.0])
-    assert test.p < 0.05  # the approximation would have it otherwise
-    assert not test.enough
-    assert not test.significant
-    sentence = test.sentence("DM-ME", "MAP-Elites")
-    assert sentence.startswith("3 runs of DM-ME and 3 runs of MAP-Elites are too few to say anything")
-    assert "p would be 0.1" in sentence
-    assert "4 of each" in sentence
-    assert rank_sum([1.0], [2.0, 3.0]).sentence("A", "B").startswith("1 run of A and 2 runs of B")
-
-
-def test_a_test_needs_two_samples():
-    with pytest.raises(ValueError, match="two samples"):
-        rank_sum([], [1.0])
 
 
 def test_trend_by_hand():

@@ -1,0 +1,132 @@
+"""New solutions come about as their configuration says."""
+
+import collections
+import dataclasses
+
+import pytest
+
+from engine.body.morphology import BodyRates
+from engine.config import create_algorithm, replaced
+from engine.control.genome import NeatRates
+from engine.errors import InvalidData
+from engine.search.dm_me import DoubleMapMapElites
+from engine.search.map_search import MapSearchConfig
+from engine.search.variation import PUBLISHED, Variation, VariationConfig
+from engine.search.vie_neat import VieNeat, VieNeatConfig
+from tests.support.made_up import MADE_UP, generation
+
+
+def nobody():
+    raise AssertionError("no crossover was asked for")
+
+
+def variation(**config):
+    return Variation(n_inputs=2, stiffness="shared", seed=1, config=VariationConfig(**config))
+
+
+@pytest.mark.parametrize("weights", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 1, 0), (1, 1, 2)])
+def test_operators_are_drawn_by_their_weights(weights):
+    names = ("morphology_weight", "controller_weight", "both_weight")
+    v = variation(**dict(zip(names, weights, strict=True)))
+    parent, n = v.random(), 600
+    drawn = collections.Counter(v.mutate(parent, "x", nobody).operator for _ in range(n))
+    for operator, weight in zip(("morphology", "controller", "both"), weights, strict=True):
+        assert drawn[operator] / n == pytest.approx(weight / sum(weights), abs=0.06 if weight else 0.0)
+
+
+def test_rates_reach_the_mutants():
+    v = variation(
+        body=BodyRates(body_rate=0.01, face_rate=1.0), neat=NeatRates(hidden=0, neuron_add=1.0), both_weight=0
+    )
+    parent = v.random()
+    assert len(parent.controller.nodes) == 20
+    mutants = [v.mutate(parent, "x", nobody) for _ in range(200)]
+    for m in mutants:
+        if m.operator == "controller":
+            assert len(m.controller.nodes) in (20, 21)
+    faces = [
+        a != b
+        for m in mutants
+        if m.operator == "morphology" and m.morphology.n_modules == parent.morphology.n_modules
+        for a, b in zip(parent.morphology.faces, m.morphology.faces, strict=True)
+    ]
+    # an eighth of the redraws gives the same face again
+    assert sum(faces) / len(faces) == pytest.approx(7 / 8, abs=0.08)
+
+
+@pytest.mark.parametrize("make", [
+    lambda variation: DoubleMapMapElites(MapSearchConfig(), n_inputs=2, budget=2000, variation=variation),
+    lambda variation: VieNeat(VieNeatConfig(), n_inputs=2, budget=2000, variation=variation),
+])  # fmt: skip
+def test_algorithms_use_it(make):
+    none = dataclasses.replace(PUBLISHED, neat=dataclasses.replace(PUBLISHED.neat, hidden=0))
+    for config, n in ((PUBLISHED, 23), (none, 20)):
+        assert {len(s.controller.nodes) for s in make(config).ask()} == {n}
+
+
+@pytest.mark.parametrize(
+    ("config", "reason"),
+    [
+        ({"both_weight": 101}, "both_weight must be from 0 to 100, not 101"),
+        (
+            {"morphology_weight": 0, "controller_weight": 0, "both_weight": 0},
+            "one of morphology_weight, controller_weight, both_weight must be above 0",
+        ),
+    ],
+)
+def test_weights_out_of_range_are_refused(config, reason):
+    with pytest.raises(InvalidData, match=reason):
+        VariationConfig(**config)
+
+
+@pytest.mark.parametrize(
+    ("rates", "reason"),
+    [
+        ({"body_rate": 0.0}, "body_rate must be from 0.01 to 1, not 0.0"),
+        ({"face_rate": 1.5}, "face_rate must be from 0 to 1, not 1.5"),
+        ({"module_rate": 0.6}, "module_rate must be from 0 to 0.5, not 0.6"),
+    ],
+)
+def test_rates_of_bodies_out_of_range_are_refused(rates, reason):
+    with pytest.raises(InvalidData, match=reason):
+        BodyRates(**rates)
+
+
+# ---- crossover
+
+
+@pytest.mark.parametrize("share", [1.0, 0.3])
+def test_controllers_are_crossed_as_often_as_asked(share):
+    v = variation(crossover=share, morphology_weight=0, both_weight=0)
+    fitter, other = v.random(), v.random()
+    asked = []
+
+    def pair():
+        asked.append(1)
+        return fitter.controller, other.controller
+
+    n = 300
+    children = [v.mutate(other, "x", pair) for _ in range(n)]
+    assert len(asked) / n == pytest.approx(share, abs=0.08)
+    own = {c.weight for c in other.controller.connections}
+    crossed = [len(own & {c.weight for c in s.controller.connections}) / len(own) for s in children]
+    # a crossed child has about half of each parent's weights, before a fifth of them is mutated
+    assert sum(share < 0.6 for share in crossed) / n == pytest.approx(share, abs=0.08)
+    assert all(s.parent == other.number and s.operator == "controller" for s in children)
+
+
+def test_a_search_crosses_elites_of_one_archive():
+    config = replaced(
+        MADE_UP, variation=VariationConfig(crossover=1.0, morphology_weight=0, both_weight=0), overlap=0
+    )
+    algorithm, everybody = create_algorithm(config), {}
+    crossed = 0
+    for _ in range(9):
+        elites = {e.solution.number for a in algorithm.archives.values() for e in a.elites()}
+        told = generation(algorithm)
+        weights = {n: {c.weight for c in s.controller.connections} for n, s in everybody.items()}
+        for s in (e.solution for e in told if e.solution.parent is not None):
+            mine = {c.weight for c in s.controller.connections} - weights[s.parent]
+            crossed += any(len(mine & weights[n]) > 5 for n in elites - {s.parent})
+        everybody |= {e.solution.number: e.solution for e in told}
+    assert crossed > 0.6 * (config.evaluations - config.map_search.initial)
