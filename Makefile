@@ -10,11 +10,11 @@ PORT ?= 8080
 
 .PHONY: explore test check format screenshot chromium compiler clean
 
-explore: $(VENV)/.runtime
+explore: $(VENV)/.runtime $(VENV)/.kernel
 	$(BIN)/tensatlas explore --host $(HOST) --port $(PORT)
 
 # a browser keeps all cores of a small machine busy: its tests run one by one, after the others
-test: $(VENV)/.dev chromium compiler
+test: $(VENV)/.dev $(VENV)/.kernel chromium compiler
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --maxprocesses 4 --dist loadfile
 	$(BIN)/python -m pytest tests/browser
 
@@ -51,6 +51,11 @@ $(VENV)/bin/python:
 
 $(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[video]'
+	@touch $@
+
+# the simulation compiled for this processor: no click has to wait for that
+$(VENV)/.kernel: $(VENV)/.runtime $(shell find engine/simulation/kernel -name '*.py')
+	$(BIN)/python -m engine.simulation.compile_kernel
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.runtime

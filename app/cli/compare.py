@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import tyro
 from rich.console import Console
@@ -14,6 +14,10 @@ from engine.errors import ExportError
 
 if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
+    from engine.analysis.comparison.measures import Measure
+
+_MOST_COLUMNS: Final = 3
+"""Groups up to which each is a column of the printed table; more would not fit a terminal."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -90,7 +94,7 @@ def _write(path: Path, text: str) -> None:
 def _print(comparison: Comparison) -> None:
     console = Console(highlight=False)
     for task in comparison.tasks:
-        console.print(_table(task))
+        console.print(_by_measure(task) if len(task.groups) <= _MOST_COLUMNS else _by_group(task))
         for line in _test_lines(task):
             console.print(line, markup=False, soft_wrap=True)
 
@@ -98,49 +102,68 @@ def _print(comparison: Comparison) -> None:
 def _test_lines(task: TaskComparison) -> list[str]:
     from engine.analysis.comparison.measures import MEASURES
 
-    tests = task.tests
-    remark = [task.remark] if task.remark else []
-    if not any(t.result.enough for t in tests):
-        return remark
-    lines = []
-    for test in tests:
-        a12 = f"A12 {test.effect.value:.2f}"
-        p = f" (p = {test.corrected_p:.4f}, {a12}, {test.result.kind})" if test.result.enough else f" ({a12})"
-        lines.append(f"{MEASURES[test.measure].named(task.threshold)}: {test.sentence()}{p}")
-    return lines + remark
+    lines = [
+        f"{MEASURES[t.measure].named(task.threshold)}: {t.sentence()} (p = {t.corrected_p:.4f},"
+        f" A12 {t.effect.value:.2f}, {t.result.kind})"
+        for t in task.tests
+        if t.significant
+    ]
+    n = len(task.tests) - len(lines)
+    if task.remark:
+        lines.append(task.remark)
+    elif n:
+        lines.append(f"{n} of {len(task.tests)} tests show no difference.")
+    return lines
 
 
-def _table(task: TaskComparison) -> Table:
+def _by_measure(task: TaskComparison) -> Table:
+    """Return a row for every measure, the published one below it."""
     from engine.analysis.comparison import published
     from engine.analysis.comparison.measures import MEASURES
-    from viz.report.report import task_title
 
-    table = Table(
-        title=task_title(task.task),
-        title_justify="left",
-        caption=f"mean ± s.d. (n - 1) over runs; published (n): {published.CITATION}",
-    )
+    table = _table(task, f"mean ± s.d. (n - 1) over runs; published (n): {published.CITATION}")
     table.add_column("")
     for g in task.groups:
         table.add_column(f"{g.name}\n{len(g.runs)} run{'s' if len(g.runs) > 1 else ''}", justify="right")
     for name in task.measures:
         measure = MEASURES[name]
-        digits = measure.digits
         title = measure.named(task.threshold) + (f", {measure.unit}" if measure.unit else "")
-        table.add_row(title, *(_ours(g.values(name), digits) for g in task.groups))
+        table.add_row(title, *(_ours(g.values(name), measure) for g in task.groups))
         papers = [published.statistics(name, task.task, g.algorithm) for g in task.groups]
         if any(papers):
+            digits = measure.digits
             theirs = ["" if p is None else f"{p['mean']:.{digits}f} ± {p['std']:.{digits}f}" for p in papers]
             table.add_row("  published", *theirs, style="dim")
     return table
 
 
-def _ours(values: list[float], digits: int) -> str:
+def _by_group(task: TaskComparison) -> Table:
+    """Return a row for every group, of the measures that it is tested on; by fresh noise where known."""
+    from engine.analysis.comparison.measures import MEASURES
+
+    table = _table(task, "mean ± s.d. (n - 1) over runs")
+    names = [m for m in task.measures if MEASURES[m].tested and f"robust_{m}" not in task.measures]
+    table.add_column("", min_width=10)
+    table.add_column("runs", justify="right")
+    for name in names:
+        measure = MEASURES[name]
+        unit = f", {measure.unit}" if measure.unit else ""
+        table.add_column(measure.named(task.threshold) + unit, justify="right")
+    for g in task.groups:
+        table.add_row(g.name, str(len(g.runs)), *(_ours(g.values(m), MEASURES[m]) for m in names))
+    return table
+
+
+def _table(task: TaskComparison, caption: str) -> Table:
+    from viz.report.report import task_title
+
+    return Table(title=task_title(task.task), title_justify="left", caption=caption)
+
+
+def _ours(values: list[float], measure: Measure) -> str:
     from engine.analysis.comparison.statistics import describe
 
     if not values:
-        return "—"
+        return measure.text(None)
     s = describe(values)
-    # counts have means that are not whole
-    digits = max(digits, 1) if len(values) > 1 else digits
-    return f"{s.mean:.{digits}f}" + (f" ± {s.std:.{digits}f}" if s.std is not None else "")
+    return measure.text(s.mean) + (f" ± {measure.text(s.std)}" if s.std else "")

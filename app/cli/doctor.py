@@ -19,6 +19,7 @@ from rich.console import Console
 
 from engine.config import preset
 from engine.errors import TensAtlasError
+from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
 from engine.storage.check import Finding, check_run
@@ -62,6 +63,7 @@ def _findings(runs: Sequence[Path], port: int) -> Iterator[Finding]:
     yield from _python()
     yield from _packages()
     yield _processor()
+    yield _kernel()
     yield from _simulation()
     yield from _folder(runs[0].absolute().parent if runs else _new_runs(), holds_runs=bool(runs))
     yield _port(port)
@@ -117,30 +119,35 @@ def _processor() -> Finding:
     return Finding("ok", f"{n} core{'s' if n > 1 else ''}, {name}{features}")
 
 
+def _kernel() -> Finding:
+    if not is_compiled():
+        print(NOTICE, flush=True)
+    compile_kernel()
+    if (folder := kept_in()) is not None:
+        return Finding("ok", f"the simulation is compiled for this processor, kept in {folder}")
+    return Finding(
+        "note",
+        "what is compiled for this processor cannot be kept: the cache folder cannot be written",
+        "TENSATLAS_CACHE names another one; without it every start takes half a minute longer",
+    )
+
+
 def _simulation() -> Iterator[Finding]:
     found = compare()
-    mujoco = _version("mujoco")
     if not found.same_body:
         yield Finding(
             "problem",
-            f"MuJoCo {mujoco} builds other bodies than the known simulation has",
+            f"MuJoCo {_version('mujoco')} builds other bodies than the known simulation has",
             "install TensAtlas and the versions of constraints.txt anew",
         )
-    elif found.deviation == 0.0:
-        yield Finding("ok", f"MuJoCo {mujoco} repeats a known simulation to the last bit")
-    elif found.good:
-        yield Finding(
-            "note",
-            f"MuJoCo {mujoco} repeats a known simulation within {found.deviation:.1e} m, not to the last bit"
-            f" (recorded with {found.recorded_with})",
-            "runs are identical only among machines that compute alike",
-        )
+    elif found.identical:
+        yield Finding("ok", f"the known simulation comes out to the last bit ({found.digest})")
     else:
         yield Finding(
             "problem",
-            f"MuJoCo {mujoco} is {found.deviation:.1e} m off a known simulation"
-            f" (recorded with {found.recorded_with})",
-            "do not trust its results; install the version of constraints.txt",
+            f"the known simulation is {found.deviation:.1e} m off, and has to come out to the last bit on any"
+            f" computer (Numba {_version('numba')}, LLVM by llvmlite {_version('llvmlite')})",
+            "do not compare results with those of other computers; install the versions of constraints.txt",
         )
 
 

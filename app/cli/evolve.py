@@ -19,7 +19,8 @@ from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
 from engine.config import RunConfig, inline_tables, replaced
 from engine.runs import evolve
-from engine.storage.reader import changed_versions
+from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
+from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
 
@@ -91,8 +92,7 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         ClusterError: the workers cannot be started or reached.
     """
     keep_memory_compact()
-    if config is not None and config.physics.simulator == "kernel":
-        _announce_compiling(console)
+    _compile(path, config, console)
     with opened(flags) as workers, ProgressDisplay(console) as display:
         computing: dict[str, Any] = {
             "n_threads": flags.workers,
@@ -107,13 +107,14 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         evolve.resume(path, **computing)
 
 
-def _announce_compiling(console: Console) -> None:
-    """Say that the kernel is compiled now, if it has not been on this machine."""
-    from engine.simulation.kernel.lanes.compiling import is_kept
-    from engine.simulation.kernel.loop import closed_loop
-
-    if not is_kept(Path(closed_loop.__file__)):
-        console.print("Compiling the kernel: about a minute, once on this machine", markup=False)
+def _compile(path: Path, config: RunConfig | None, console: Console) -> None:
+    """Compile the kernel, if it has not been on this machine, before several processes do."""
+    if config is None:
+        with RunReader(path) as reader:
+            config = reader.config
+    if config.physics.simulator == "kernel" and not is_compiled():
+        console.print(NOTICE, markup=False)
+        compile_kernel()
 
 
 def _compute(

@@ -10,6 +10,7 @@ Read in this order:
 - ``kernel/``: all of this by the product's own kernel: the same physics, much faster.
 - ``trials``: the trials of a robot, and the one place where they begin, by the simulator that a run chose.
 - ``evaluation``: solutions in, evaluations out.
+- ``compile_kernel``: the kernel compiled before anybody waits for it.
 - ``provenance``: which computer and versions computed something.
 - ``self_check``: a known simulation, repeated to test an installation.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import hashlib
 import json
 import math
@@ -157,15 +158,21 @@ class RunReader:
             raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
         return placed[cell]
 
-    def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
-        """Return every change of an archive in order: generation, cell, its new evaluation or None."""
+    def placement_changes(self, archive: str, after: int = -1) -> list[tuple[int, Cell, int | None]]:
+        """Return the changes of an archive in order: generation, cell, its new evaluation or None.
+
+        Args:
+            archive: its name.
+            after: the generation whose changes and those before it are left out.
+        """
         with self._mutex, self.guard():
             # those of closed generations stay what they are
             new = [(g, name, parse_cell(c), n) for g, name, c, n in self._tables.changes(self._changes_until)]
             for g, name, cell, number in new:
                 self._changes.setdefault(name, []).append((g, cell, number))
                 self._changes_until = g
-            return list(self._changes.get(archive, ()))
+            changes = self._changes.get(archive, [])
+        return changes[bisect.bisect_right(changes, after, key=lambda c: c[0]) :]
 
     def elites(self, generation: Generation) -> dict[str, dict[Cell, tuple[int, Summary]]]:
         """Return the number and the summary of every elite at the end of a generation, by archive and cell.

@@ -18,7 +18,7 @@ from engine.search.axes import Axis
 from viz import theme
 from viz.maps import axis_labels
 from viz.maps.scale import Scale, fitness_scale
-from viz.report.style import ReportLook, dress
+from viz.report.style import ReportLook, dress, on_lines
 
 COLUMNS: Final = 5
 """Maps beside each other, as in the paper."""
@@ -130,7 +130,7 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
             (
                 f"<b>{name} maps</b>",
                 [
-                    _Panel(g.name + _how(g.runs[0], name), g.runs[0].maps[name], g.runs[0])
+                    _Panel(on_lines(g.name) + _how(g.runs[0], name), g.runs[0].maps[name], g.runs[0])
                     if name in g.runs[0].maps
                     else None
                     for g in task.groups
@@ -143,7 +143,7 @@ def _rows(task: TaskComparison, labels: Mapping[Any, str]) -> list[tuple[str, li
         for group in task.groups:
             runs = [r for r in group.runs[:MOST_RUNS] if name in r.maps]
             for k in range(0, len(runs), COLUMNS):
-                title = f"<b>{group.name}</b><br>{name}{_how(runs[0], name)}"
+                title = f"<b>{on_lines(group.name)}</b><br>{name}{_how(runs[0], name)}"
                 part = runs[k : k + COLUMNS]
                 rows.append((title, [_Panel(html.escape(labels[r.path]), r.maps[name], r) for r in part]))
     return rows

@@ -29,6 +29,8 @@ _TESTS: Final = (
     " the normal approximation and without correction. A<sub>12</sub> is how often a run of the first group"
     " is above one of the second: 0.5 where they are alike; its interval is the bootstrap's."
 )
+_MOST_NESTED: Final = 3
+"""Groups up to which the 4-D maps of all their runs are drawn; of more, each group's first."""
 _TASK_TITLES: Final = {"goal-reaching": "Goal reaching", "squeezing": "Squeezing"}
 
 
@@ -176,11 +178,12 @@ def _nested_figures(
             if runs[0].maps[GRID].projected
             else "the archive that it works with"
         )
+        few = len(task.groups) <= _MOST_NESTED
         figures.append(
             ReportFigure(
                 f"{_file_name(task.task)}-nested-{_file_name(group.name)}",
-                f"{group.name}, the 4-D map: {how}.",
-                nested_figure(task, runs, comparison.labels, look),
+                f"{html.escape(group.name)}, the 4-D map{'' if few else ' of its first run'}: {how}.",
+                nested_figure(task, runs if few else runs[:1], comparison.labels, look),
             )
         )
     return tuple(figures)
@@ -214,7 +217,7 @@ def render_page(comparison: Comparison, sections: tuple[ReportSection, ...]) -> 
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}</title><style>{_css('page.css')}{style()}</style>"
         f"<script>{get_plotlyjs()}</script></head><body><header><h1>{html.escape(tasks.capitalize())}</h1>"
-        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape(', '.join(groups))}{at}. f<sub>s</sub> is how"
+        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape('; '.join(groups))}{at}. f<sub>s</sub> is how"
         " many centimetres closer a robot ends to its targets than it started, the worst target counting"
         " extra; the QD score is the sum of f<sub>s</sub> over a map's filled cells.</p>"
         f"<nav>{links}</nav></header><main>{body}</main>"

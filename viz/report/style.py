@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 from typing import Any, Final
 
 import plotly.graph_objects as go
@@ -17,7 +18,9 @@ _ALGORITHM_COLORS: Final = {
     ALGORITHM_NAMES["map-elites"]: "#3d63b8",
     ALGORITHM_NAMES["dm-me"]: "#17a08d",
 }
-_OTHER_COLORS: Final = ("#a1458f", "#7a6a3a", "#5b6470", "#b03a48")
+_OTHER_COLORS: Final = (
+    *("#a1458f", "#7a6a3a", "#b03a48", "#6f9f2f", "#7d62d1", "#c9a227", "#3f9fd0", "#c76f95", "#5b6470"),
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -48,6 +51,11 @@ def colors(names: list[str]) -> dict[str, str]:
     """Return a colour for each group; those of the paper keep theirs in every report."""
     others = iter(_OTHER_COLORS * (1 + len(names) // len(_OTHER_COLORS)))
     return {n: _ALGORITHM_COLORS.get(n) or next(others) for n in names}
+
+
+def on_lines(name: str) -> str:
+    """Return a group's name as HTML, each of the settings that it names on a line."""
+    return html.escape(name).replace(", ", ",<br>")
 
 
 def translucent(color: str, alpha: float) -> str:

@@ -8,14 +8,13 @@ from typing import Any, Final
 
 from engine.analysis.comparison import TaskComparison, published
 from engine.analysis.comparison.groups import differing, value_text
-from engine.analysis.comparison.measures import MEASURES
+from engine.analysis.comparison.measures import DASH, MEASURES, number
 from engine.analysis.comparison.significance import ALPHA, CONFIDENCE
-from engine.analysis.comparison.tables import interval, number
+from engine.analysis.comparison.tables import interval
 from viz.report.style import colors
 
 _COLUMNS: Final = ("mean", "std", "min", "max", "median")
 _HEADINGS: Final = {"std": "s.d."}
-_DASH: Final = number(None, 0)
 
 
 def p_value(p: float) -> str:
@@ -41,7 +40,7 @@ def runs_table(task: TaskComparison, labels: Mapping[Any, str]) -> str:
             _named(group.name, palette),
             html.escape(labels[run.path]),
             str(run.config.seed),
-            *(number(run.measure(m), MEASURES[m].digits) for m in task.measures),
+            *(MEASURES[m].text(run.measure(m)) for m in task.measures),
         ]
         for group in task.groups
         for run in group.runs
@@ -61,7 +60,7 @@ def statistics_table(task: TaskComparison, measure: str) -> str:
     for group in task.groups:
         s = group.statistics(measure)
         row = [_named(group.name, palette), str(0 if s is None else s.n)]
-        row += [number(None if s is None else getattr(s, c), digits) for c in _COLUMNS]
+        row += [MEASURES[measure].text(None if s is None else getattr(s, c)) for c in _COLUMNS]
         row += [number((paper[group.name] or {}).get(c), digits) for c in columns]
         rows.append(row)
     names = [_HEADINGS.get(c, c) for c in _COLUMNS]
@@ -87,13 +86,13 @@ def significance_table(task: TaskComparison) -> str:
             [
                 title(test.measure, task.threshold),
                 html.escape(f"{test.first.name} – {test.second.name}"),
-                "too few runs" if few else html.escape(test.sentence()),
+                html.escape(test.verdict if known or few else test.sentence()),
                 f"{result.kind}, {test.sizes}",
                 f"{test.effect.value:.2f}",
                 interval(test.effect),
-                p_value(result.p) if known else _DASH,
-                p_value(test.corrected_p) if known else _DASH,
-                _DASH if theirs is None else p_value(theirs),
+                p_value(result.p) if known else DASH,
+                p_value(test.corrected_p) if known else DASH,
+                DASH if theirs is None else p_value(theirs),
             ]
         )
     head = ["measure", "groups", f"what the test says (α = {ALPHA:g})", "test, runs", "A<sub>12</sub>"]
@@ -109,7 +108,7 @@ def settings_table(task: TaskComparison) -> str:
         return ""
     palette = colors([g.name for g in task.groups])
     rows = [
-        [html.escape(key), *(html.escape(value_text(g.settings.get(key, _DASH))) for g in task.groups)]
+        [html.escape(key), *(html.escape(value_text(g.settings.get(key, DASH))) for g in task.groups)]
         for key in keys
     ]
     head = ["setting", *(_named(g.name, palette) for g in task.groups)]

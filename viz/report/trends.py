@@ -14,7 +14,7 @@ from engine.analysis.comparison import Group, TaskComparison, published
 from engine.analysis.elite_maps import MORPHOLOGY
 from engine.analysis.profile import aperture, counts_above
 from engine.tasks import get_task
-from viz.report.style import WIDTH, ReportLook, colors, dress, translucent
+from viz.report.style import WIDTH, ReportLook, colors, dress, on_lines, translucent
 
 HEIGHT: Final = 400
 AXIS_TITLES: Final = {
@@ -25,6 +25,10 @@ AXIS_TITLES: Final = {
 }
 MOST_SINGLE_LINES: Final = 12
 """Runs of one group up to which each is also drawn on its own."""
+_LINE: Final = 72
+"""Height of a group's line among the ends, in px."""
+_LEGEND: Final = 3
+"""Groups that a line of the legend holds, about."""
 _CURVE_POINTS: Final = 200
 """Limits at which the curve of cells above a limit is drawn."""
 
@@ -57,7 +61,7 @@ def trend_figure(task: TaskComparison, measures: tuple[str, ...], look: ReportLo
                 col=column,
             )
     figure.update_xaxes(title_text="evaluations", rangemode="tozero", showgrid=False, tickformat="~s")
-    return _dressed(figure, look, hovermode="x unified")
+    return _dressed(figure, task, look, hovermode="x unified")
 
 
 def profile_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
@@ -107,19 +111,19 @@ def profile_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
     figure.update_xaxes(showgrid=False)
     figure.update_xaxes(title_text="evaluations", rangemode="tozero", tickformat="~s", col=1)
     figure.update_xaxes(title_text="f<sub>s</sub> (cm)", col=2)
-    return _dressed(figure, look)
+    return _dressed(figure, task, look)
 
 
 def _axis_title(measure: str, task: TaskComparison) -> str:
     return AXIS_TITLES[measure].format(threshold=100.0 * task.threshold)
 
 
-def _dressed(figure: go.Figure, look: ReportLook, **layout: str) -> go.Figure:
+def _dressed(figure: go.Figure, task: TaskComparison, look: ReportLook, **layout: str) -> go.Figure:
     return dress(
         figure,
         look,
         width=WIDTH,
-        height=HEIGHT,
+        height=HEIGHT + 24 * ((len(task.groups) - 1) // _LEGEND),
         legend={"orientation": "h", "x": 0, "y": 1.03, "yanchor": "bottom", "font": {"size": 13}},
         **layout,
     )
@@ -170,20 +174,18 @@ def _add_group(figure: go.Figure, group: Group, measure: str, color: str, column
 
 
 def ends_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
-    """Return where each run ended, with the mean of each group and the paper's mean ± s.d. beside it."""
-    measures = ("best", "qd_score")
-    figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.09)
+    """Return where each run ended, a line for each group, with its mean and the paper's mean ± s.d. below."""
+    figure = make_subplots(cols=2, rows=1, horizontal_spacing=0.05, shared_yaxes=True)
     palette = colors([g.name for g in task.groups])
-    names = [g.name for g in task.groups]
     first_reference = True
-    for column, measure in enumerate(measures, start=1):
+    for column, measure in enumerate(("best", "qd_score"), start=1):
         place = {"row": 1, "col": column}
         for k, group in enumerate(task.groups):
             values = group.values(measure)
             spread = np.linspace(-0.1, 0.1, len(values)) if len(values) > 1 else np.zeros(1)
             figure.add_scatter(
-                x=k - 0.14 + spread[: len(values)],
-                y=values,
+                x=values,
+                y=k - 0.14 + spread[: len(values)],
                 mode="markers",
                 marker={
                     "color": translucent(palette[group.name], 0.75),
@@ -191,46 +193,47 @@ def ends_figure(task: TaskComparison, look: ReportLook) -> go.Figure:
                     "line": {"color": palette[group.name], "width": 1},
                 },
                 showlegend=False,
-                hovertemplate=f"{group.name}: %{{y:.2f}} cm<extra></extra>",
+                hovertemplate=f"{group.name}: %{{x:.2f}} cm<extra></extra>",
                 **place,
             )
             if len(values) > 1:
                 mean = float(np.mean(values))
                 figure.add_scatter(
-                    x=[k - 0.28, k],
-                    y=[mean, mean],
+                    x=[mean, mean],
+                    y=[k - 0.32, k + 0.04],
                     mode="lines",
                     line={"color": look.ink, "width": 2.5},
                     name="our mean",
                     legendgroup="mean",
                     showlegend=column == 1 and k == 0,
-                    hovertemplate=f"{group.name}, mean: %{{y:.2f}} cm<extra></extra>",
+                    hovertemplate=f"{group.name}, mean: %{{x:.2f}} cm<extra></extra>",
                     **place,
                 )
             paper = published.statistics(measure, task.task, group.algorithm)
             if paper is not None:
                 figure.add_scatter(
-                    x=[k + 0.2],
-                    y=[paper["mean"]],
-                    error_y={"array": [paper["std"]], "color": look.reference, "thickness": 1.6, "width": 5},
+                    x=[paper["mean"]],
+                    y=[k + 0.26],
+                    error_x={"array": [paper["std"]], "color": look.reference, "thickness": 1.6, "width": 5},
                     mode="markers",
                     marker={"symbol": "diamond", "size": 10, "color": look.reference},
                     name=f"published mean ± s.d. ({published.n_runs()} runs of"
                     f" {published.n_evaluations():,} evaluations)",
                     legendgroup="published",
                     showlegend=first_reference,
-                    hovertemplate=f"{group.name}, published: %{{y:.2f}} cm<extra></extra>",
+                    hovertemplate=f"{group.name}, published: %{{x:.2f}} cm<extra></extra>",
                     **place,
                 )
                 first_reference = False
-        figure.update_yaxes(title_text=AXIS_TITLES[measure], col=column)
-    figure.update_xaxes(
-        tickvals=list(range(len(names))), ticktext=names, range=[-0.6, len(names) - 0.4], showgrid=False
-    )
+        figure.update_xaxes(title_text=AXIS_TITLES[measure], col=column)
+    n = len(task.groups)
+    names = [on_lines(g.name) for g in task.groups]
+    figure.update_yaxes(tickvals=list(range(n)), ticktext=names, range=[n - 0.4, -0.6], showgrid=False)
     return dress(
         figure,
         look,
         width=WIDTH,
-        height=HEIGHT - 20,
+        height=140 + _LINE * n,
         legend={"orientation": "h", "x": 0, "y": 1.03, "yanchor": "bottom", "font": {"size": 13}},
+        margin={"l": 190, "r": 24, "t": 48, "b": 56},
     )

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from engine.config import RunConfig, inline_tables
+from engine.control.genome import PUBLISHED_RATES
 from engine.search.map_search import MapSearchConfig
 
 ALGORITHM_NAMES: Final = {
@@ -25,6 +26,9 @@ BUDGET: Final = "evaluations"
 _UNREAD: Final = ("task", "seed")
 _OF_MAPS: Final = {f.name for f in dataclasses.fields(MapSearchConfig)} | {"overlap"}
 _OF_VIE_NEAT: Final = "vie_neat."
+_PUBLISHED_NEAT: Final = {
+    f"variation.neat.{name}": value for name, value in dataclasses.asdict(PUBLISHED_RATES).items()
+}
 
 Settings = Mapping[str, Hashable]
 """What decides a run's outcome, by the name in a configuration file, such as ``trials.repeats``."""
@@ -68,16 +72,28 @@ def name_groups(groups: Sequence[Settings]) -> list[str]:
     """Return a name for each of some groups that all differ.
 
     A name begins with the algorithm. Where several groups have one, as few settings as tell them apart
-    follow; one that has its default value is not named, but for the number of evaluations.
+    follow. A usual value is not named, but for the number of evaluations: the default if a group has it, else
+    that of more than half of the groups.
     """
     names = [""] * len(groups)
     for algorithm in dict.fromkeys(g["algorithm"] for g in groups):
         members = [k for k, g in enumerate(groups) if g["algorithm"] == algorithm]
-        chosen = _telling([groups[k] for k in members])
+        own = [groups[k] for k in members]
+        chosen = _telling(own)
+        usual = {key: _usual(key, own) for key in chosen}
         for k in members:
-            parts = [setting_text(key, groups[k][key], groups[k]) for key in _named(chosen, groups[k])]
+            named = [key for key in chosen if key in groups[k] and groups[k][key] != usual[key]]
+            # once for all of a table that has the published values
+            parts = list(dict.fromkeys(_part(key, groups[k]) for key in named))
             names[k] = ", ".join([ALGORITHM_NAMES.get(str(algorithm), str(algorithm)), *parts])
     return names
+
+
+def _part(key: str, group: Settings) -> str:
+    """Return what a group's name says of a setting."""
+    if key in _PUBLISHED_NEAT and all(group.get(k) == v for k, v in _PUBLISHED_NEAT.items()):
+        return "NEAT as published"
+    return setting_text(key, group[key], group)
 
 
 def setting_text(key: str, value: Hashable, among: Iterable[str]) -> str:
@@ -123,9 +139,15 @@ def _telling(groups: Sequence[Settings]) -> list[str]:
     return chosen
 
 
-def _named(chosen: Sequence[str], group: Settings) -> list[str]:
-    usual = settings(RunConfig(algorithm=group["algorithm"]))  # type: ignore[arg-type]
-    return [k for k in chosen if k in group and (k == BUDGET or k not in usual or group[k] != usual[k])]
+def _usual(key: str, groups: Sequence[Settings]) -> Hashable:
+    """Return the value of a setting that goes without saying among groups of one algorithm, or None."""
+    values = [g.get(key) for g in groups]
+    if key == BUDGET:
+        return None
+    default = settings(RunConfig(algorithm=groups[0]["algorithm"])).get(key)  # type: ignore[arg-type]
+    if default in values:
+        return default
+    return next((v for v in values if 2 * values.count(v) > len(values)), None)
 
 
 def _flatten(value: Any, name: str) -> Iterable[tuple[str, Hashable]]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Final
 
+DASH: Final = "—"
+"""Where there is no number."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Measure:
@@ -28,6 +31,13 @@ class Measure:
     robust: bool = False
     sums: bool = False
 
+    def text(self, value: float | None) -> str:
+        """Return a value or a mean of some for people, a dash for none; a mean of counts may not be whole."""
+        if value is None:
+            return DASH
+        whole = self.unit or float(value).is_integer()
+        return number(value, self.digits if whole else 1)
+
     def named(self, threshold: float) -> str:
         """Return the title.
 
@@ -35,6 +45,11 @@ class Measure:
             threshold: in m.
         """
         return self.title.format(threshold=f"{100.0 * threshold:.2f}")
+
+
+def number(value: float | None, digits: int) -> str:
+    """Return a number for people, a dash for none."""
+    return DASH if value is None else f"{value:,.{digits}f}".replace("-", "\u2212")
 
 
 MEASURES: Final = {

@@ -7,13 +7,12 @@ from typing import Final
 from engine.analysis.comparison import published
 from engine.analysis.comparison.compare import Comparison
 from engine.analysis.comparison.groups import differing
-from engine.analysis.comparison.measures import MEASURES, TRENDS
+from engine.analysis.comparison.measures import DASH, MEASURES, TRENDS
 from engine.analysis.comparison.significance import CONFIDENCE, EffectSize
 from engine.analysis.comparison.task_comparison import Group, TaskComparison
 from engine.files import csv_text
 
 _STATISTICS: Final = ("mean", "std", "min", "max", "median")
-_DASH: Final = "—"
 
 
 def csv_files(comparison: Comparison) -> dict[str, str]:
@@ -128,7 +127,7 @@ def markdown(comparison: Comparison) -> str:
 
 
 def _markdown_table(task: TaskComparison, name: str) -> list[str]:
-    digits = MEASURES[name].digits
+    text = MEASURES[name].text
     against = task.baseline is not None and MEASURES[name].tested
     head = ["group", "n", "median", "quartiles"]
     if against and task.baseline:
@@ -137,9 +136,9 @@ def _markdown_table(task: TaskComparison, name: str) -> list[str]:
     for group in task.groups:
         s = group.statistics(name)
         row = [group.name, "0" if s is None else str(s.n)]
-        row.append(_DASH if s is None else number(s.median, digits))
+        row.append(text(None if s is None else s.median))
         # quartiles of two values would be made up
-        row.append(_DASH if s is None or s.n < 3 else " to ".join(number(q, digits) for q in s.quartiles))
+        row.append(DASH if s is None or s.n < 3 else " to ".join(text(q) for q in s.quartiles))
         rows.append(row + (_against(task, name, group) if against else []))
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
 
@@ -147,8 +146,8 @@ def _markdown_table(task: TaskComparison, name: str) -> list[str]:
 def _against(task: TaskComparison, name: str, group: Group) -> list[str]:
     test = task.test(name, group)
     if test is None:
-        return [_DASH] * 4
-    p = [f"{test.result.p:.3g}", f"{test.corrected_p:.3g}"] if test.result.enough else [_DASH] * 2
+        return [DASH] * 4
+    p = [f"{test.result.p:.3g}", f"{test.corrected_p:.3g}"] if test.result.enough else [DASH] * 2
     return [f"{test.effect.value:.2f}", interval(test.effect), *p]
 
 
@@ -167,15 +166,10 @@ def _markdown_remarks(task: TaskComparison) -> str:
             " a table."
         )
         if any(not t.result.enough for t in task.tests):
-            remarks.append(f"{_DASH} for p: so few runs could not reach 0.05 whatever they did.")
+            remarks.append(f"{DASH} for p: so few runs could not reach 0.05 whatever they did.")
     return " ".join([*remarks, task.remark]).strip()
 
 
 def interval(effect: EffectSize) -> str:
     """Return the interval of an effect size for people, a dash where a single value has none."""
-    return _DASH if effect.low is None or effect.high is None else f"{effect.low:.2f} to {effect.high:.2f}"
-
-
-def number(value: float | None, digits: int) -> str:
-    """Return a number for people, a dash for none."""
-    return _DASH if value is None else f"{value:,.{digits}f}".replace("-", "\u2212")
+    return DASH if effect.low is None or effect.high is None else f"{effect.low:.2f} to {effect.high:.2f}"

@@ -9,8 +9,11 @@ import plotly.graph_objects as go
 import pytest
 from PIL import Image
 
+from engine.config import replaced
 from engine.errors import ExportError
 from tests.support.command_line import Command
+from tests.support.made_up import MADE_UP
+from tests.support.made_up_grid import random_grid_run
 from viz.report.images import write_images
 from viz.report.report import ReportFigure
 
@@ -96,6 +99,17 @@ def test_a_baseline_and_a_threshold_of_ones_own(tensatlas: Command, copy: Path, 
         2,
         "tensatlas: no group is called 'nothing', and no run; the groups are: DM-ME\n",
     )
+
+
+def test_each_of_many_groups_is_a_line(tensatlas: Command, tmp_path: Path) -> None:
+    for seed, batch_size in enumerate((4, 6, 6, 8, 10)):
+        config = replaced(MADE_UP, seed=seed, batch_size=batch_size, evaluations=32)
+        random_grid_run(tmp_path / "runs" / f"{seed}.tsmr", seed, config=config)
+    status, shown, _ = tensatlas("compare", "runs", "--out", "report", "--images", "none", "--baseline", 1)
+    assert status == 0
+    lines = [line.split("│")[1:3] for line in shown.splitlines() if line.startswith("│") and "DM-ME" in line]
+    assert [int(n) for _, n in lines] == [1, 1, 2, 1]
+    assert "too few runs to say which group is better" in shown
 
 
 def test_compare_refuses_a_place_that_is_no_folder(tensatlas: Command, copy: Path, tmp_path: Path) -> None:

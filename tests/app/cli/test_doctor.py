@@ -23,6 +23,7 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
         "Python 3.",
         "packages that it needs are installed",
         "core",
+        "the simulation is compiled for this processor, kept in",
         "known simulation",
         f"GB free in {tmp_path}",
         "can be written, read meanwhile and locked",

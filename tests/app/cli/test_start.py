@@ -5,7 +5,10 @@ import sys
 
 import pytest
 
-SLOW = "sklearn pandas scipy.stats plotly viser distributed reportlab pyarrow PIL shapely trimesh viz".split()
+SLOW = (
+    "sklearn pandas scipy.stats plotly viser distributed reportlab pyarrow PIL shapely trimesh viz"
+    " numba llvmlite"
+).split()
 """Packages that take long to import: only commands that need them may wait for them."""
 
 

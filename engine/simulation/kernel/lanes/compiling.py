@@ -3,8 +3,9 @@
 Compiling takes about 20 s for each entry point and number of lanes, so what Numba makes of an entry point
 is kept on disk. Numba notices a change in the file of an entry point, not in the functions that it calls.
 The folder's name is therefore a digest of the entry point's module, of all modules of the kernel that it
-imports, and of the versions of Python, Numba and LLVM; inside, Numba tells processors and the types of the
+imports, of the versions of Python, Numba and LLVM, and of the processor; inside, Numba tells the types of the
 arguments apart, and with them the number of lanes. A folder that cannot be written only costs time.
+``engine.simulation.compile_kernel`` compiles all that the product uses.
 
 Compiled code must take no number from a module of another package: a change there would not be noticed.
 """
@@ -23,6 +24,7 @@ from typing import Any, Final
 
 import llvmlite
 import numba
+from llvmlite import binding
 from numba import njit
 
 CACHE_VARIABLE: Final = "TENSATLAS_CACHE"
@@ -71,10 +73,10 @@ def cache_folder(source: Path, root: Path = _FOLDER) -> Path | None:
         return None
 
 
-def is_kept(source: Path) -> bool:
-    """Whether something that a module compiles to is on disk."""
-    folder = cache_folder(source)
-    return folder is not None and any(folder.rglob("*.nbi"))
+def is_kept(function: Any) -> bool:
+    """Whether what an entry point compiles to is on disk, for this processor."""
+    folder = cache_folder(Path(function.py_func.__code__.co_filename))
+    return folder is not None and any(folder.rglob(f"*.{function.__name__}-*.nbc"))
 
 
 def _user_cache() -> Path:
@@ -89,14 +91,23 @@ def _user_cache() -> Path:
 
 
 def _digest(source: Path, root: Path) -> str:
-    """Return a digest of everything that a module's code hangs on, apart from processor and types."""
+    """Return a digest of everything that a module's code hangs on, apart from the types of arguments."""
     digest = hashlib.sha256()
-    for version in (platform.python_version(), numba.__version__, llvmlite.__version__):
+    for version in (platform.python_version(), numba.__version__, llvmlite.__version__, *_processor()):
         digest.update(version.encode())
     for path in sorted(_imported(source, root, set())):
         name = path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
         digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _processor() -> tuple[str, str]:
+    """Return name and features of the processor for which Numba compiles."""
+    config: Any = numba.config
+    name, features = config.CPU_NAME, config.CPU_FEATURES
+    if name in (None, "host") and features is None:
+        return binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+    return str(name), str(features)
 
 
 def _imported(source: Path, root: Path, found: set[Path]) -> set[Path]:
