@@ -115,8 +115,9 @@ PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(
         map_search=MapSearchConfig(sensory="displacements"),
         sensors="centimetres",
-        variation=PUBLISHED,
+        variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
         vie_neat=VieNeatConfig(maximise="inverse"),
+        trials=TrialConfig(unfed_outputs="zero"),
     ),
     "quick": RunConfig(
         evaluations=600,
