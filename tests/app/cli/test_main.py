@@ -126,7 +126,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
         " servo-noise simulator timestep",
-        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism morphologies mutants"
+        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism maximise morphologies mutants"
         " species-elitism",
     }
     flags = {prefix + name for prefix, names in groups.items() for name in names.split()}
