@@ -59,7 +59,7 @@ class RunConfig:
     sensors: Sensors = "relative"
     """Units of the built-in sensors: relative (to the distance at the start and to pi), or as published."""
     bonus: Bonus = "depth"
-    """Who gets squeezing's bonus: a head 4 cm past the entrance (depth), or past it and 4 cm off its centre."""
+    """Squeezing's bonus is for a head 4 cm past the entrance (depth), or past it and 4 cm off its middle."""
     variation: VariationConfig = VariationConfig()
     """How new solutions come about."""
     vie_neat: VieNeatConfig = VieNeatConfig()
