@@ -142,6 +142,9 @@ short ``atlas``, with one simulation per target instead of two and 600 evaluatio
 whole machinery, no science."""
 
 
+DEFAULT_PRESET: Final = "atlas"
+
+
 def preset(name: str) -> RunConfig:
     """Return a preset by name.
 
@@ -223,8 +226,10 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         hints = typing.get_type_hints(kind)
         inline = {name: [f.name for f in dataclasses.fields(t)] for name, t in inline_tables(kind).items()}
         names = [n for name in hints for n in inline.get(name, [name])]
-        if not isinstance(value, dict) or not set(value) <= set(names):
+        if not isinstance(value, dict):
             raise InvalidData(f"{where}: expected a table of {', '.join(names)}")
+        if unknown := sorted(set(map(str, value)) - set(names)):
+            raise InvalidData(f"{where}: unknown {unknown[0]!r}; known are {', '.join(names)}")
         # a field that is newer than the file has the value that leaves the run as it was
         value = _BEFORE.get(kind, {}) | value
         fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items() if k in hints}
