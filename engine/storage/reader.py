@@ -388,6 +388,7 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
         or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
         or e.solution.controller.n_inputs != task.n_inputs
         or e.solution.morphology.stiffness_mode != config.stiffness
+        or bool(e.solution.morphology.rhythms) != (config.head_search == "rhythms")
     ):
         raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
 

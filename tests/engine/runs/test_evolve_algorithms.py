@@ -16,6 +16,7 @@ from tests.support.run_hash import hash_of
 CHANGES = {
     "MAP-Elites": {"algorithm": "map-elites"},
     "MAP-Elites in 2-D": {"algorithm": "map-elites-2d"},
+    "rhythms": {"head_search": "rhythms", "stiffness": "per-module"},
     "random search": {"algorithm": "random"},
     "curiosity": {"parents": "curiosity"},
     "samples": {
