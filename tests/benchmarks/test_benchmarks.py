@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tyro
 
-from benchmarks import explorer, free_energy, simulation
+from benchmarks import agreement, explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
@@ -48,6 +48,14 @@ def test_free_energy(small_run: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert status == 1  # a robot is still falling after 0.4 s
     assert out.count("falls short") >= 2
     assert "largest residual speed" in out
+
+
+def test_agreement(capsys: pytest.CaptureFixture[str]) -> None:
+    line = "--robots 2 --trial-time 1 --task squeezing".split()
+    assert agreement.main(tyro.cli(agreement.Arguments, args=line)) == 0
+    out = capsys.readouterr().out
+    assert "4 heads differ at the end of 1 s by" in out
+    assert "2 of 2 robots have the same head" in out
 
 
 def test_explorer(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
