@@ -113,7 +113,11 @@ def create_algorithm(config: RunConfig) -> Algorithm:
 PRESETS: Final[dict[str, RunConfig]] = {
     "atlas": RunConfig(),
     "paper": RunConfig(
-        map_search=MapSearchConfig(sensory="displacements"), sensors="centimetres", variation=PUBLISHED
+        map_search=MapSearchConfig(sensory="displacements"),
+        sensors="centimetres",
+        variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
+        vie_neat=VieNeatConfig(maximise="inverse"),
+        trials=TrialConfig(unfed_outputs="zero"),
     ),
     "quick": RunConfig(
         evaluations=600,

@@ -122,11 +122,11 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         "variation.": "morphology-weight controller-weight both-weight crossover",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
-        " neuron-add neuron-remove weight-power weight-rate weight-replace",
-        "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time",
+        " neuron-add neuron-remove version weight-power weight-rate weight-replace",
+        "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time unfed-outputs",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
         " servo-noise simulator timestep",
-        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism morphologies mutants"
+        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism maximise morphologies mutants"
         " species-elitism",
     }
     flags = {prefix + name for prefix, names in groups.items() for name in names.split()}

@@ -1,8 +1,6 @@
 from __future__ import annotations
 
-import contextlib
 import shutil
-import sqlite3
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +15,7 @@ from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.workers.evaluator import create_evaluator
 from tests.support.opened import files_opened
+from tests.support.run_formats import change
 
 
 @pytest.fixture
@@ -42,8 +41,7 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     library: Library, tmp_path: Path, small_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = Path(shutil.copy(small_run, tmp_path / "a.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
+    change(path, "UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
     broken = tmp_path / "broken.py"
     broken.write_text("TASK = (")
     monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
