@@ -69,6 +69,8 @@ def test_attack(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
         "3 browsers that each click another robot",
         "empty maps",
         "lines on the terminal",
+        "pipes among the runs",
+        "end by SIGTERM",
     ):
         assert figure in out
     assert status == int("a figure falls short" in out)
