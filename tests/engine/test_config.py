@@ -50,6 +50,7 @@ configs = st.builds(
         compatibility_threshold=positive,
     ),
     sensors=st.sampled_from(["centimetres", "relative"]),
+    bonus=st.sampled_from(["depth", "distance"]),
     controller_cells=st.tuples(st.integers(1, 50), st.integers(1, 50)),
     variation=st.builds(
         VariationConfig,
@@ -90,7 +91,7 @@ def test_json_round_trip_is_lossless(config):
 
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
-    assert (c.sensors, c.map_search.sensory) == ("centimetres", "displacements")
+    assert (c.sensors, c.map_search.sensory, c.bonus) == ("centimetres", "displacements", "distance")
     old = dataclasses.replace(PUBLISHED.neat, version="0.92")
     assert c.variation == dataclasses.replace(PUBLISHED, neat=old)
     assert (c.vie_neat.maximise, c.trials.unfed_outputs) == ("inverse", "zero")
