@@ -10,11 +10,13 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
+from engine.analysis.profile import ProfileHistory
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
 from engine.storage.rows import Ancestor, Generation
+from engine.tasks import get_task
 
 
 @dataclasses.dataclass(slots=True)
@@ -25,21 +27,30 @@ class ShownRun:
         path: of the run, None before one is shown.
         reader: whose contents are on the screen; after the file was replaced, the library holds a newer one.
         generations: the closed generations of the run, in order.
+        history: the profiles of the archives at their ends.
         follow_newest: whether the maps follow a live run.
     """
 
     path: Path | None = None
     reader: RunReader | None = None
     generations: list[Generation] = dataclasses.field(default_factory=list)
+    history: ProfileHistory | None = None
     follow_newest: bool = True
 
     def begin(self, path: Path, reader: RunReader) -> None:
         """Show another run, of which no generation is known yet."""
         self.path, self.reader = path, reader
         self.generations, self.follow_newest = [], True
+        self.history = ProfileHistory(get_task(reader.config.task))
 
-    def add(self, generations: Sequence[Generation]) -> None:
-        """Take note of generations that have been closed since the last ones."""
+    def add(self, reader: RunReader, generations: Sequence[Generation]) -> None:
+        """Take note of generations that have been closed since the last ones.
+
+        Raises:
+            RunFileError: the run is damaged.
+        """
+        if self.history is not None and generations:
+            self.history.extend(reader, generations)
         self.generations += generations
 
     def look_at(self, number: int) -> None:

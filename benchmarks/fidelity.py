@@ -19,7 +19,12 @@ from benchmarks.rows import Row, show
 from engine.simulation.physics import Physics
 
 QUICK_STIFFNESS = (0.1, 0.5, 1.0)
-QUICK_MODULES = 5
+FINER = (2, 4)
+"""How many times finer steps are for the convergence."""
+
+
+TWO_DIRECTIONS = "Locomotion, against two friction directions"
+PUBLISHED = "Locomotion, against the published simulator"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -27,9 +32,9 @@ class Arguments:
     """Compare shapes and locomotion with the published simulator's."""
 
     quick: bool = False
-    """Three stiffnesses, small robots, one run each: under a minute instead of about ten."""
+    """Three stiffnesses and chains of up to four modules at rest; everything about locomotion."""
     convergence: bool = True
-    """Also repeat with a quarter of the time step, which takes most of the time."""
+    """Also repeat with a half and a quarter of the time step, which takes most of the time."""
     threads: int = os.cpu_count() or 1
     """Threads that simulate."""
     physics: Physics = dataclasses.field(default_factory=Physics)
@@ -39,27 +44,21 @@ class Arguments:
 def tables(arguments: Arguments) -> dict[str, list[Row]]:
     """Return the tables, by title."""
     physics = arguments.physics
-    finer = dataclasses.replace(physics, timestep=physics.timestep / 4)
     stiffness = QUICK_STIFFNESS if arguments.quick else None
     robots = reference.robots()
-    runs: tuple[int, ...] = population.RUNS
-    if arguments.quick:
-        robots = [r for r in robots if r.morphology.n_modules <= QUICK_MODULES]
-        runs = (0, 1)
-    ours = population.replay(robots, physics, runs=runs, n_threads=arguments.threads)
+    ours = population.replay(robots, physics, n_threads=arguments.threads)
     result = {
         "One module, no gravity": static.floating_rows(physics, stiffness),
         "On the ground": static.ground_rows(physics, max_modules=4 if arguments.quick else 10),
-        f"Locomotion of {len(robots)} robots": population.rows(
-            robots, ours, population.published(robots, runs)
-        ),
+        TWO_DIRECTIONS: population.against_two_directions(robots, ours),
+        PUBLISHED: population.against_published(robots, ours, population.published(robots)),
     }
     if arguments.convergence:
-        fine = population.replay(robots, finer, runs=runs[::2], n_threads=arguments.threads)
-        result["Convergence"] = [
-            static.convergence_row(physics, finer, stiffness),
-            *population.convergence_rows(ours, fine),
-        ]
+        finer = {n: dataclasses.replace(physics, timestep=physics.timestep / n) for n in FINER}
+        result["Convergence"] = [static.convergence_row(physics, finer[FINER[-1]], stiffness)]
+        for factor, changed in finer.items():
+            fine = population.replay(robots, changed, n_threads=arguments.threads)
+            result["Convergence"] += population.convergence_rows(ours, fine, factor)
     return result
 
 

@@ -16,6 +16,7 @@ from engine.simulation.rollout import Head
 FOLDER: Final = Path(__file__).parent.parent / "tests" / "reference"
 STATIC: Final = "tensoft_static.json"
 GOAL_REACHING: Final = "tensoft_goal_reaching.json"
+TWO_DIRECTIONS: Final = "tensoft_two_directions.json"
 
 
 def load(name: str) -> dict[str, Any]:
@@ -60,6 +61,16 @@ def published_head(morphology: Morphology, head_is_front: bool) -> Head:
 def robots() -> list[ReferenceRobot]:
     """Return all robots that were replayed on goal reaching."""
     return [_robot(r) for r in load(GOAL_REACHING)["robots"]]
+
+
+def two_directions(robot: ReferenceRobot) -> tuple[list[float], list[float]]:
+    """Return what a robot did where contacts have two friction directions, run by run.
+
+    Returns:
+        Net displacements and lengths of the paths at 1 Hz of its head in 40 s, in m.
+    """
+    runs = [run for run in load(TWO_DIRECTIONS)["runs"] if run["id"] == robot.name]
+    return [0.01 * run["net_cm"] for run in runs], [0.01 * run["path_cm"] for run in runs]
 
 
 def _robot(record: dict[str, Any]) -> ReferenceRobot:

@@ -113,7 +113,10 @@ def create_algorithm(config: RunConfig) -> Algorithm:
 PRESETS: Final[dict[str, RunConfig]] = {
     "atlas": RunConfig(),
     "paper": RunConfig(
-        map_search=MapSearchConfig(sensory="displacements"), sensors="centimetres", variation=PUBLISHED
+        map_search=MapSearchConfig(sensory="displacements"),
+        sensors="centimetres",
+        variation=PUBLISHED,
+        vie_neat=VieNeatConfig(maximise="inverse"),
     ),
     "quick": RunConfig(
         evaluations=600,

@@ -106,7 +106,7 @@ def _test_lines(task: TaskComparison) -> list[str]:
         f"{MEASURES[t.measure].named(task.threshold)}: {t.sentence()} (p = {t.corrected_p:.4f},"
         f" A12 {t.effect.value:.2f}, {t.result.kind})"
         for t in task.tests
-        if t.significant and t.result.enough
+        if t.significant
     ]
     n = len(task.tests) - len(lines)
     if task.remark:

@@ -11,10 +11,12 @@ from typing import Any
 import tyro
 from rich.console import Console
 
+from engine.analysis.profile import Profile, threshold
 from engine.config import to_json
 from engine.simulation.provenance import differing
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
+from engine.tasks import get_task
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -61,19 +63,27 @@ def _facts(reader: RunReader) -> dict[str, Any]:
         "projection": reader.projection,
         "live": reader.is_live,
         "versions": reader.versions,
-        "archives": _archive_facts(last),
+        "archives": _archive_facts(reader, last),
         "computed_on": [{"evaluations": n, **dataclasses.asdict(c)} for c, n in reader.computers().items()],
     }
 
 
-def _archive_facts(last: Generation | None) -> dict[str, dict[str, Any]]:
+def _archive_facts(reader: RunReader, last: Generation | None) -> dict[str, dict[str, Any]]:
     if last is None:
         return {}
+    task = get_task(reader.config.task)
+    profiles = {
+        name: Profile.of([task.target_distance - s.fitness for _, s in cells.values()], task)
+        for name, cells in reader.elites(last).items()
+    }
     return {
         name: {
             "best_cm": None if f.best is None else round(100 * f.best, 3),
             "qd_score_cm": round(100 * f.qd_score, 3),
             "coverage": round(f.coverage, 4),
+            "offset_qd_score_cm": round(100 * profiles[name].offset_qd_score, 3),
+            "threshold_cm": round(100 * threshold(task), 3),
+            "cells_above": profiles[name].above,
         }
         for name, f in last.archives.items()
     }
@@ -103,5 +113,6 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
             yield (
                 name,
                 f"best f_s {figures['best_cm']:.2f} cm, QD score {figures['qd_score_cm']:.1f} cm,"
-                f" coverage {figures['coverage']:.0%}",
+                f" with offset {figures['offset_qd_score_cm']:.0f} cm, coverage {figures['coverage']:.0%},"
+                f" {figures['cells_above']} cells above {figures['threshold_cm']:.2f} cm",
             )

@@ -16,6 +16,7 @@ from app.gui.widgets import ignoring_event, in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
+from app.state import ShownRun
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
@@ -183,15 +184,17 @@ class ArchivesPanel:
             put_html(handle, drawn[k] if k < len(drawn) else "")
         put_html(self._rings, "".join(p.ring_style(r) for p, r in zip(pictures, rings, strict=True)))
 
-    def show_trend(self, generations: Sequence[Generation], shown: int) -> None:
-        """Draw the trends and put the slider at the shown generation."""
-        last = generations[-1].number
+    def show_trend(self, run: ShownRun, shown: int) -> None:
+        """Draw the trends of a run and put the slider at the shown generation."""
+        if run.last is None or run.history is None:
+            return
+        last = run.last.number
         # before the trend: who sees that may move the slider at once
         put(self._slider, max(last, 1), "max")
         put(self._slider, last == 0, "disabled")
         put(self._play, last == 0, "disabled")
         put(self._slider, shown)
-        drawn = trend.render(generations, shown)
+        drawn = trend.render(run.generations, run.history, shown)
         put_html(self._trend, f'<div style="padding:0 10px;max-width:420px">{drawn}</div>')
 
     def show_growth_playing(self, playing: bool) -> None:

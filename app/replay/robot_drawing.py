@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 
@@ -65,8 +66,7 @@ class RobotDrawing:
         geometry = RobotGeometry(replay.morphology, replay.head.module)
         self._drawn = DrawnReplay(geometry, replay)
         drawing = self._drawn.at(replay.start_time, tension=True)
-        tube = _tube(N_SIDES)
-        sphere = trimesh.creation.icosphere(subdivisions=1)
+        tube, sphere = _tube(N_SIDES), _sphere()
         n_rods = len(drawing.rod_positions)
         self._rods = scene.add_batched_meshes_simple(
             f"{prefix}/robot/rods",
@@ -180,8 +180,18 @@ class RobotDrawing:
             )
 
 
+@functools.cache
+def _sphere() -> trimesh.Trimesh:
+    """Return a sphere of radius 1, which must not be changed."""
+    return trimesh.creation.icosphere(subdivisions=1)
+
+
+@functools.cache
 def _tube(n_sides: int) -> trimesh.Trimesh:
-    """Return a cylinder of radius and height 1 without its ends, which lie within the nodes."""
+    """Return a cylinder of radius and height 1 without its ends, which lie within the nodes.
+
+    It must not be changed.
+    """
     tube = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=n_sides)
     tube.update_faces(np.abs(tube.face_normals[:, 2]) < 0.5)
     tube.remove_unreferenced_vertices()

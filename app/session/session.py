@@ -230,7 +230,7 @@ class Session:
         """Bring everything up to date with a run file."""
         run = self._run
         new = reader.generations(-1 if run.last is None else run.last.number)
-        run.add(new)
+        run.add(reader, new)
         budget, last = reader.config.evaluations, run.last
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
@@ -240,12 +240,12 @@ class Session:
             if run.follow_newest:
                 self._draw(reader, last.number)
             elif self._board.generation is not None:
-                self._archives.show_trend(run.generations, self._board.generation)
+                self._archives.show_trend(run, self._board.generation)
 
     def _draw(self, reader: RunReader, number: int) -> None:
         generations = self._run.generations
         self._board.show(reader, next(g for g in generations if g.number == number), generations[-1])
-        self._archives.show_trend(generations, number)
+        self._archives.show_trend(self._run, number)
 
     def _play_growth(self) -> None:
         """Run through the generations, or stop that."""

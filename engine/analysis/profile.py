@@ -6,8 +6,10 @@ filling a cell can lower it. Beside it stands the score with pyribs' offset, whi
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -23,6 +25,7 @@ _STEPS: Final = 60
 """Of a search that makes an interval smaller by 0.618 each: to a billionth of a billionth."""
 
 
+@functools.lru_cache(maxsize=64)
 def unsteered_limit(task: Task) -> float:
     """Return the largest f_s in m of a robot that takes the same way whatever the target.
 
@@ -100,7 +103,7 @@ def offset_qd_score(values: Iterable[float], initial_distance: float) -> float:
         values: f_s of the filled cells, in m.
         initial_distance: d_init of f_s, in m.
     """
-    return float(sum(max(v + initial_distance, 0.0) for v in values))
+    return math.fsum(max(v + initial_distance, 0.0) for v in values)
 
 
 def counts_above(values: Iterable[float], limits: np.ndarray) -> np.ndarray:
@@ -110,22 +113,29 @@ def counts_above(values: Iterable[float], limits: np.ndarray) -> np.ndarray:
 
 
 def map_over_time(
-    reader: RunReader, archive: str, generations: Sequence[Generation], keep: Sequence[int] | None = None
+    reader: RunReader,
+    archive: str,
+    generations: Sequence[Generation],
+    *,
+    keep: Sequence[int] | None = None,
+    held: dict[Cell, float] | None = None,
 ) -> Iterator[dict[Cell, float]]:
     """Yield the fitness in m of every filled cell of an archive at the end of each generation.
 
     Args:
         reader: of the run.
         archive: its name.
-        generations: in order, from the first.
+        generations: in order.
         keep: indices of axes to project on: a cell then has the best that was ever placed in it. None: all.
+        held: what cells had before the first of the generations, to be changed; None if that is the run's
+            first.
 
     Raises:
         RunFileError: the run is damaged.
     """
-    changes = reader.placement_changes(archive)
+    changes = reader.placement_changes(archive, -1 if held is None else generations[0].number - 1)
     known = reader.summaries({n for _, _, n in changes if n is not None})
-    held: dict[Cell, float] = {}
+    held = {} if held is None else held
     position = 0
     for generation in generations:
         with reader.guard():
@@ -141,3 +151,58 @@ def map_over_time(
                 else:
                     held[cell] = known[n].fitness
         yield held
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Profile:
+    """An archive at some moment.
+
+    Attributes:
+        above: cells above the task's threshold.
+        offset_qd_score: in m.
+    """
+
+    above: int
+    offset_qd_score: float
+
+    @classmethod
+    def of(cls, values: Collection[float], task: Task) -> Profile:
+        """Return that of an archive whose elites have some f_s in m."""
+        return cls(count_above(values, threshold(task)), offset_qd_score(values, task.target_distance))
+
+
+class ProfileHistory:
+    """The profiles of all archives of a run at the end of each generation; it grows with a live run.
+
+    Args:
+        task: of the run.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+        self.threshold = threshold(task)
+        """f_s in m above which cells are counted."""
+        self._held: dict[str, dict[Cell, float]] = {}
+        self._found: dict[tuple[int, str], Profile] = {}
+
+    def extend(self, reader: RunReader, generations: Sequence[Generation]) -> None:
+        """Take in generations that follow on those that are known.
+
+        Args:
+            reader: of the run.
+            generations: closed since, in order.
+
+        Raises:
+            RunFileError: the run is damaged.
+        """
+        task = self._task
+        for archive in {name: None for g in generations for name in g.archives}:
+            held = self._held.setdefault(archive, {})
+            history = map_over_time(reader, archive, generations, held=held)
+            for generation, now in zip(generations, history, strict=True):
+                values = [task.target_distance - fitness for fitness in now.values()]
+                self._found[generation.number, archive] = Profile.of(values, task)
+
+    def get(self, generation: int, archive: str) -> Profile | None:
+        """Return the profile of an archive at the end of a generation, None if it is not known."""
+        return self._found.get((generation, archive))

@@ -252,6 +252,18 @@ class Neat:
             genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
 
+    def cross(self, fitter: Controller, other: Controller, rng: Random) -> Controller:
+        """Return a child of two controllers.
+
+        Links of one innovation, and nodes of one key, come from either; what only one has, from the fitter.
+        """
+        parents = [to_genome(c, self.config) for c in (fitter, other)]
+        parents[0].fitness, parents[1].fitness = 1.0, 0.0
+        child = neat.DefaultGenome(0)
+        with lend_random(rng):
+            child.configure_crossover(*parents, self.config)
+        return from_genome(child, self.config.num_inputs)
+
     def new_generation(self) -> None:
         """Forget which innovations arose together: equal ones share a number within a generation."""
         self.config.innovation_tracker.reset_generation()

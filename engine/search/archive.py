@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from engine.errors import InvalidData
@@ -33,6 +33,8 @@ class GridArchive:
         self.shape = shape
         self.n_cells = math.prod(shape) if n_possible is None else n_possible
         """Number of cells that can be filled."""
+        self.judge: Callable[[Evaluation], float] = fitness_of
+        """What an individual counts with where it competes for a cell; the smaller wins."""
         self._elites: dict[Cell, Evaluation] = {}
 
     def __len__(self) -> int:
@@ -64,7 +66,7 @@ class GridArchive:
         """
         self._check(cell, candidate)
         held = self._elites.get(cell)
-        if held is not None and _rank(held) <= _rank(candidate):
+        if held is not None and self._standing(held) <= self._standing(candidate):
             return False
         self._elites[cell] = candidate
         return True
@@ -96,6 +98,9 @@ class GridArchive:
     def qd_score(self, initial_distance: float) -> float:
         """Return the sum over filled cells of f_s = initial distance - fitness, in m."""
         return float(sum(initial_distance - e.fitness for e in self.elites() if e.fitness is not None))
+
+    def _standing(self, evaluation: Evaluation) -> tuple[float, int]:
+        return self.judge(evaluation), evaluation.solution.number
 
     def _check(self, cell: Cell, candidate: Evaluation) -> None:
         if len(cell) != len(self.shape) or not all(0 <= i < n for i, n in zip(cell, self.shape, strict=True)):
@@ -193,9 +198,14 @@ def parent_weights(held: Sequence[Evaluation]) -> list[float]:
     return [1.0 / (v + raised) for v in values]
 
 
-def _rank(evaluation: Evaluation) -> tuple[float, int]:
+def fitness_of(evaluation: Evaluation) -> float:
+    """Return the fitness of an evaluation that did not fail."""
     assert evaluation.fitness is not None
-    return evaluation.fitness, evaluation.solution.number
+    return evaluation.fitness
+
+
+def _rank(evaluation: Evaluation) -> tuple[float, int]:
+    return fitness_of(evaluation), evaluation.solution.number
 
 
 def cell_name(cell: Cell) -> str:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import functools
+import itertools
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
 from engine.body.morphology import StiffnessMode
+from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
-from engine.search.archive import Cell
+from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE
+from engine.search.elite_records import Curiosity, Samples
 from engine.search.trajectory_archive import TrajectoryArchive
-from engine.search.variation import PUBLISHED, Variation, VariationConfig
+from engine.search.variation import AGAIN, PUBLISHED, Variation, VariationConfig
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
@@ -29,7 +33,7 @@ class MapSearchConfig:
     """Parameters of DM-ME and MAP-Elites; ViE-NEAT ignores them.
 
     Raises:
-        InvalidData: a cell's capacity or a map's number of cells is out of its range.
+        InvalidData: a number is out of its range, or contradicts another field.
     """
 
     initial: int = 1080
@@ -42,6 +46,10 @@ class MapSearchConfig:
     """What describes a controller: the head's positions at 1 Hz, or its displacements between them."""
     controller_cells: tuple[int, int] = CONTROLLER_SHAPE
     """Cells of the controller map along its first and its second principal component."""
+    parents: Literal["uniform", "curiosity"] = "uniform"
+    """How parents are drawn from an archive: all alike, or by how many of their children found a place."""
+    reevaluations: int = 0
+    """Elites evaluated again, of a later generation's solutions; an elite then counts with its mean."""
     cell_capacity: int = 1
     """Individuals per cell of DM-ME's controller archive; the published deep grid: 50."""
 
@@ -57,6 +65,14 @@ class MapSearchConfig:
                 f"cell_capacity must be from 1 to {MAX_CELL_CAPACITY}, not {self.cell_capacity}"
             )
 
+        if self.cell_capacity > 1:
+            if self.parents != "uniform":
+                raise InvalidData(
+                    "parents by curiosity need a cell_capacity of 1; a deep grid has its own rule"
+                )
+            if self.reevaluations:
+                raise InvalidData("reevaluations need a cell_capacity of 1; a deep grid has its own rule")
+
     def check_schedule(self, evaluations: int) -> None:
         """Check that the generations fit a budget.
 
@@ -69,6 +85,11 @@ class MapSearchConfig:
             raise InvalidData(f"initial ({self.initial}) must be from 2 to evaluations ({evaluations})")
         if self.batch_size < 2 or self.batch_size % 2:
             raise InvalidData(f"batch_size must be an even number from 2, not {self.batch_size}")
+        if not 0 <= self.reevaluations < self.batch_size:
+            raise InvalidData(
+                f"reevaluations must be from 0 to less than batch_size ({self.batch_size}),"
+                f" not {self.reevaluations}"
+            )
         if 0 not in self.refit_generations or min(self.refit_generations) < 0:
             raise InvalidData("refit_generations must include 0 and not be negative")
 
@@ -125,7 +146,12 @@ class MapSearch(Algorithm):
         self._generation = 0
         self._overlap = overlap
         self._asked: deque[list[Solution]] = deque()
+        self._curiosity = Curiosity() if config.parents == "curiosity" else None
+        self._samples = Samples()
         self._create_archives()
+        if config.reevaluations:
+            for archive in self.archives.values():
+                archive.judge = self._samples.fitness
 
     @property
     def generation(self) -> int:
@@ -151,7 +177,11 @@ class MapSearch(Algorithm):
             n = min(self._config.initial, remaining)
             asked = [self._variation.random() for _ in range(n)]
         else:
-            asked = self._mutants(min(self._config.batch_size, remaining))
+            n = min(self._config.batch_size, remaining)
+            under_way = itertools.chain.from_iterable(self._asked)
+            chosen = self._samples.choose(self._elites(), self._config.reevaluations, under_way)
+            asked = [self._variation.again(elite) for elite in chosen[:n]]
+            asked += self._mutants(n - len(asked))
         self._asked.append(asked)
         return list(asked)
 
@@ -160,12 +190,17 @@ class MapSearch(Algorithm):
         ordered = sorted(evaluations, key=lambda e: e.solution.number)
         if not self._asked or [e.solution for e in ordered] != self._asked[0]:
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
-        self._asked.popleft()
-        self._offer([e for e in ordered if e.fitness is not None])
+        told = self._asked.popleft()
+        self._take_samples([e for e in ordered if e.solution.operator == AGAIN])
+        self._offer([e for e in ordered if e.fitness is not None and e.solution.operator != AGAIN])
+        held = set(map(self._samples.number, self._elites()))
+        self._samples.forget(held)
+        if self._curiosity is not None:
+            self._curiosity.learn([s for s in told if s.operator != AGAIN], held)
         self._generation += 1
 
     def state(self) -> dict[str, Any]:
-        """Return the generation, the random state, NEAT's counters, the descriptor and open generations."""
+        """Return counters, random state and descriptor, what is known of the elites, and open generations."""
         state = {
             "generation": self._generation,
             **self._variation.state(),
@@ -173,13 +208,17 @@ class MapSearch(Algorithm):
         }
         if self._overlap:
             state["asked"] = [[s.to_json() for s in asked] for asked in self._asked]
+        if self._curiosity is not None:
+            state["curiosity"] = self._curiosity.state()
+        if self._config.reevaluations:
+            state["samples"] = self._samples.state()
         return state
 
     def restore(
         self,
         state: dict[str, Any],
         contents: Mapping[str, Mapping[Cell, Evaluation]],
-        recall: Recall,  # noqa: ARG002
+        recall: Recall,
     ) -> None:
         """Go back to the end of a generation."""
         self._generation = state["generation"]
@@ -187,12 +226,48 @@ class MapSearch(Algorithm):
         self._trajectories.restore(state["descriptor"])
         for name, archive in self.archives.items():
             archive.reinsert(contents[name].items())
+        if self._curiosity is not None:
+            self._curiosity.restore(state["curiosity"])
+        if self._config.reevaluations:
+            self._samples.restore(state["samples"], recall)
         self._asked = deque([Solution.from_json(data) for data in asked] for asked in state.get("asked", ()))
 
     def _sample(self, archive: str, n: int) -> list[Solution]:
         """Draw parents from an archive and mutate each."""
-        parents = self.archives[archive].sample(n, self._variation.rng)
-        return [self._variation.mutate(parent.solution, archive) for parent in parents]
+        rng, held = self._variation.rng, self.archives[archive]
+        if self._curiosity is None:
+            parents = held.sample(n, rng)
+        else:
+            parents = self._curiosity.draw(list(map(self._samples.first, held.elites())), n, rng)
+        firsts = map(self._samples.first, parents)
+        return [
+            self._variation.mutate(parent.solution, archive, functools.partial(self._pair, parent, held))
+            for parent in firsts
+        ]
+
+    def _pair(self, parent: Evaluation, archive: GridArchive) -> tuple[Controller, Controller]:
+        """Return the controllers of a parent and of another individual of its archive, the fitter's first."""
+        (drawn,) = archive.sample(1, self._variation.rng)
+        fitter, other = sorted((parent, self._samples.first(drawn)), key=archive.judge)
+        return fitter.solution.controller, other.solution.controller
+
+    def _elites(self) -> list[Evaluation]:
+        """Return the elites of all archives; one that holds several cells, several times."""
+        return [e for archive in self.archives.values() for e in archive.elites()]
+
+    def _take_samples(self, again: Sequence[Evaluation]) -> None:
+        """Let elites count with what they did under other noise; one that failed loses its cells."""
+        if not again:
+            return
+        number = self._samples.number
+        held = {number(e): e for e in self._elites()}
+        lost = {number(e) for e in again if e.fitness is None}
+        for e in again:
+            if number(e) in held and number(e) not in lost:
+                self._samples.add(held[number(e)], e)
+        for archive in self.archives.values():
+            kept = [(cell, e) for cell, e in archive if number(e) not in lost]
+            archive.reinsert((cell, self._samples.representative(e)) for cell, e in kept)
 
     @abc.abstractmethod
     def _create_archives(self) -> None:

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import random
+from collections.abc import Callable
 from typing import Any, Final
 
 from engine.body.morphology import BodyRates, StiffnessMode, mutate_morphology, random_morphology
 from engine.control import genome
-from engine.control.genome import Neat, NeatRates
+from engine.control.genome import Controller, Neat, NeatRates
 from engine.errors import InvalidData
 from engine.simulation.evaluation import Solution
 
 MUTATIONS: Final = ("morphology", "controller", "both")
+AGAIN: Final = "again"
+"""The operator of an elite that is evaluated under other noise; its parent is its first evaluation."""
 MAX_WEIGHT: Final = 100
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class VariationConfig:
-    """How new solutions come about. ViE-NEAT ignores the weights.
+    """How new solutions come about. ViE-NEAT ignores the weights and ``crossover``.
 
     Raises:
         InvalidData: a number is out of its range.
@@ -34,6 +37,8 @@ class VariationConfig:
     """How often the controller alone is mutated, relative to the other two weights."""
     both_weight: int = 1
     """How often body and controller are mutated together, relative to the other two weights."""
+    crossover: float = 0.0
+    """Probability that a controller is crossed with that of another elite before it is mutated."""
 
     def __post_init__(self) -> None:
         names = [f"{kind}_weight" for kind in MUTATIONS]
@@ -42,6 +47,8 @@ class VariationConfig:
                 raise InvalidData(f"{name} must be from 0 to {MAX_WEIGHT}, not {getattr(self, name)}")
         if not any(getattr(self, name) for name in names):
             raise InvalidData(f"one of {', '.join(names)} must be above 0")
+        if not 0.0 <= self.crossover <= 1.0:
+            raise InvalidData(f"crossover must be from 0 to 1, not {self.crossover}")
 
     @property
     def operators(self) -> tuple[str, ...]:
@@ -107,12 +114,15 @@ class Variation:
             controller=self._neat.random(self.rng),
         )
 
-    def mutate(self, parent: Solution, source: str) -> Solution:
+    def mutate(
+        self, parent: Solution, source: str, pair: Callable[[], tuple[Controller, Controller]]
+    ) -> Solution:
         """Return a mutant of body, controller or both, drawn by their weights, until something has changed.
 
         Args:
             parent: what to mutate.
             source: name of the archive that it was drawn from.
+            pair: draws another elite; returns both controllers, the fitter's first.
         """
         operator = self.rng.choice(self._operators)
         morphology, controller = parent.morphology, parent.controller
@@ -120,7 +130,10 @@ class Variation:
             if operator != "controller":
                 morphology = mutate_morphology(parent.morphology, self.rng, self._config.body)
             if operator != "morphology":
-                controller = self._neat.mutate(parent.controller, self.rng)
+                origin = parent.controller
+                if self._config.crossover and self.rng.random() < self._config.crossover:
+                    origin = self._neat.cross(*pair(), self.rng)
+                controller = self._neat.mutate(origin, self.rng)
         return Solution(
             number=self._next_number(),
             morphology=morphology,
@@ -128,6 +141,12 @@ class Variation:
             parent=parent.number,
             operator=operator,
             source=source,
+        )
+
+    def again(self, elite: Solution) -> Solution:
+        """Return an elite under a new number, which gives it other noise."""
+        return dataclasses.replace(
+            elite, number=self._next_number(), parent=elite.number, operator=AGAIN, source=None
         )
 
     def state(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final, Protocol, Self
 
 import mujoco
@@ -189,6 +189,17 @@ BatchObserver = Callable[[Simulations], None]
 
 SPAN: Final = 50
 """Control updates that are recorded at once: a second of them."""
+FIRST_SPAN: Final = 10
+"""Those that are recorded first: somebody waits to see the robot."""
+
+
+def spans(n_updates: int) -> Iterator[int]:
+    """Yield the lengths of the spans of control updates that begin with the drop."""
+    length = FIRST_SPAN
+    while n_updates > 0:
+        yield min(length, n_updates)
+        n_updates -= length
+        length = SPAN
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

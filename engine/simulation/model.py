@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import threading
 from collections.abc import Sequence
 from typing import Final
 
@@ -112,8 +113,33 @@ def chain_spec(
     Returns:
         A description with the same names as ``build_spec``'s.
     """
-    spec = mujoco.MjSpec()
+    with _copying:
+        spec = _loose_modules(len(faces), physics, gravity).copy()
     spec.modelname = f"tsmr_{len(faces)}x{'_'.join(map(str, sorted(set(levels))))}"
+    rods = _Rods(spec)
+    for i, place in enumerate(_places(faces)):
+        rods.place(i, place)
+    for i, tendon in enumerate(spec.tendons):
+        module, cable = divmod(i, len(t.CABLES) + len(t.SERVO_NODES))
+        if cable < len(t.CABLES):
+            stiffness = t.stiffness_n_per_m(levels[module] / t.N_STIFFNESS_LEVELS)
+            tendon.stiffness = [stiffness, 0.0, 0.0]
+    for i in range(len(faces) - 1):
+        _add_joint(rods, i, faces)
+    return spec
+
+
+_copying: Final = threading.Lock()
+"""Held while a description that threads share is copied."""
+
+
+@functools.lru_cache(maxsize=32)
+def _loose_modules(n: int, physics: Physics, gravity: bool) -> mujoco.MjSpec:
+    """Describe modules that lie in one place, unlinked, their passive cables without stiffness.
+
+    A copy of that takes a fifth of the time of describing modules anew.
+    """
+    spec = mujoco.MjSpec()
     _set_options(spec, physics, gravity)
     contact = spec.default.geom
     contact.friction = [physics.friction, 0.005, 0.0001]
@@ -121,26 +147,35 @@ def chain_spec(
     contact.solimp = CONTACT_SOLIMP
     _add_ground(spec)
     rods = _Rods(spec)
-    for i, place in enumerate(_places(faces)):
-        _add_module(rods, i, place, levels[i] / t.N_STIFFNESS_LEVELS, physics)
-    for i in range(len(faces) - 1):
-        _add_joint(rods, i, faces)
+    for i in range(n):
+        _add_module(rods, i, physics)
     return spec
 
 
 class _Rods:
-    """The rods of a robot that is being described; looking them up there by name is slow."""
+    """The rods of a robot that is being described; looking them up there by name is slow.
+
+    Args:
+        spec: the description, with rods or none as yet.
+    """
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
         self.spec = spec
-        self._bodies: dict[tuple[int, int], mujoco.MjsBody] = {}
-        self._n_sites = 0
+        self._bodies = {divmod(k, len(t.RODS)): body for k, body in enumerate(spec.bodies[1:])}
+        self._n_sites = 2 * len(spec.tendons)  # one at each end
 
-    def add(self, module: int, rod: int, middle: np.ndarray, turn: np.ndarray) -> mujoco.MjsBody:
-        """Add a rod's body, its middle (3,) in metres in the world, with the module's turn (4,)."""
-        body = self.spec.worldbody.add_body(name=f"m{module}_rod{rod}", pos=middle, quat=turn)
+    def add(self, module: int, rod: int) -> mujoco.MjsBody:
+        """Add a rod's body."""
+        body = self.spec.worldbody.add_body(name=f"m{module}_rod{rod}")
         self._bodies[module, rod] = body
         return body
+
+    def place(self, module: int, place: np.ndarray) -> None:
+        """Put a module's rods where its centre in metres and its turn as a quaternion are, (7,)."""
+        middles = points_on(place[None], np.zeros(len(t.RODS), int), t.ROD_MIDDLES)
+        for rod, middle in enumerate(middles):
+            body = self._bodies[module, rod]
+            body.pos, body.quat = middle, place[3:]
 
     def add_site(self, module: int, rod: int, point: np.ndarray) -> str:
         """Add a site at a point (3,) of the module's built frame, in metres, to a rod; return its name."""
@@ -201,17 +236,9 @@ def _add_ground(spec: mujoco.MjSpec) -> None:
     spec.worldbody.add_light(pos=[0.0, 0.0, 2.0], dir=[0.0, 0.0, -1.0])
 
 
-def _add_module(
-    rods: _Rods,
-    i: int,
-    place: np.ndarray,
-    stiffness: float,
-    physics: Physics,
-) -> None:
-    """Add a module whose centre in metres and turn as a quaternion are ``place``, (7,)."""
-    middles = points_on(place[None], np.zeros(len(t.RODS), int), t.ROD_MIDDLES)
+def _add_module(rods: _Rods, i: int, physics: Physics) -> None:
     for r, (a, b) in enumerate(t.RODS):
-        body = rods.add(i, r, middles[r], place[3:])
+        body = rods.add(i, r)
         body.add_freejoint()
         half = (t.NODES[b] - t.NODES[a]) / 2
         core = half * (1.0 - t.ROD_END_CUT / length(half))
@@ -222,7 +249,7 @@ def _add_module(
             mass=0.0,
         )
         _set_inertia(body, r, half, physics)
-    _add_cables(rods, i, stiffness)
+    _add_cables(rods, i)
 
 
 def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Physics) -> None:
@@ -245,12 +272,11 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     body.explicitinertial = True
 
 
-def _add_cables(rods: _Rods, i: int, stiffness: float) -> None:
+def _add_cables(rods: _Rods, i: int) -> None:
     spec = rods.spec
     for a, b in t.CABLES:
         tendon = spec.add_tendon(
             name=f"m{i}_cable_{a}_{b}",
-            stiffness=[t.stiffness_n_per_m(stiffness), 0.0, 0.0],
             damping=[t.CABLE_DAMPING, 0.0, 0.0],
             springlength=[0.0, t.CABLE_REST_LENGTH],
             width=0.0006,

@@ -161,11 +161,17 @@ class RunReader:
             raise InvalidData(f"cell {cell_name(cell)} of the {archive} map is empty")
         return placed[cell]
 
-    def placement_changes(self, archive: str) -> list[tuple[int, Cell, int | None]]:
-        """Return every change of an archive in order: generation, cell, its new evaluation or None."""
+    def placement_changes(self, archive: str, after: int = -1) -> list[tuple[int, Cell, int | None]]:
+        """Return the changes of an archive in order: generation, cell, its new evaluation or None.
+
+        Args:
+            archive: its name.
+            after: the generation whose changes and those before it are left out.
+        """
         rows = self._db.query(
-            "SELECT generation, cell, evaluation FROM placements WHERE archive = ? ORDER BY generation",
-            (archive,),
+            "SELECT generation, cell, evaluation FROM placements WHERE archive = ? AND generation > ?"
+            " ORDER BY generation",
+            (archive, after),
         )
         with self.guard():
             return [(int(g), parse_cell(str(c)), None if n is None else int(n)) for g, c, n in rows]

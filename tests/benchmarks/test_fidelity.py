@@ -1,4 +1,4 @@
-"""The comparison with the published simulator, on a subset: a fourth of a minute."""
+"""The comparison with the published simulator: all that crawls, and a part of what stands."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from benchmarks import fidelity, reference
-from benchmarks.population_fidelity import Population
+from benchmarks.population_fidelity import Population, convergence_rows, two_directions
 from benchmarks.rows import Row
 
 
 @pytest.fixture(scope="module")
 def tables() -> dict[str, list[Row]]:
-    return fidelity.tables(fidelity.Arguments(quick=True, convergence=False, threads=2))
+    return fidelity.tables(fidelity.Arguments(quick=True, convergence=False, threads=1))
 
 
-def rows(tables: dict[str, list[Row]], part: str) -> list[Row]:
-    return [row for table in tables.values() for row in table if part in row.what]
+def rows(tables: dict[str, list[Row]], title: str, figure: str) -> list[Row]:
+    return [row for row in tables[title] if row.what.startswith(figure)]
 
 
 @pytest.mark.parametrize("title", ["One module, no gravity", "On the ground"])
@@ -26,31 +26,49 @@ def test_shapes_agree(tables, title):
         assert row.passed, row
 
 
-@pytest.mark.parametrize("figure", ["lower quartile", "median"])
-def test_paths_agree(tables, figure):
-    (row,) = rows(tables, f"path at 1 Hz, {figure}")[:1]
+@pytest.mark.parametrize("figure", ["lower quartile", "median", "upper quartile", "medians of the stiffness"])
+def test_paths_agree_with_the_published_ones(tables, figure):
+    row = rows(tables, fidelity.PUBLISHED, f"path at 1 Hz, {figure}")[0]
     assert row.passed, row
 
 
-def test_the_same_robots_move_about_much(tables):
-    (row,) = rows(tables, "path at 1 Hz, rank correlation")
-    assert float(row.ours) >= 0.5, row
+@pytest.mark.parametrize(
+    "figure",
+    [
+        "net displacement, lower quartile",
+        "net displacement, upper quartile",
+        "net displacement, medians of the stiffness",
+        "net displacement, rank correlation",
+        "path at 1 Hz, median",
+        "path at 1 Hz, upper quartile",
+        "path at 1 Hz, medians of the stiffness",
+        "path at 1 Hz, rank correlation",
+    ],
+)
+def test_robots_go_where_they_go_with_two_friction_directions(tables, figure):
+    row = rows(tables, fidelity.TWO_DIRECTIONS, figure)[0]
+    assert row.passed, row
 
 
 @pytest.mark.xfail(
     strict=True,
     raises=AssertionError,
-    reason="the published robots drift: contacts that chatter at its time step",
+    reason="stiff robots get half as far here, and have longer paths; docs/physics.md says what is known",
 )
-def test_net_displacements_agree(tables):
-    (median,) = rows(tables, "net displacement, median")[:1]
-    assert median.passed, median
-
-
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="the softest robots swing further here")
-def test_the_longest_paths_agree(tables):
-    (row,) = rows(tables, "path at 1 Hz, upper quartile")
+@pytest.mark.parametrize("figure", ["net displacement, median", "path at 1 Hz, lower quartile"])
+def test_stiff_robots_go_where_they_go_with_two_friction_directions(tables, figure):
+    row = rows(tables, fidelity.TWO_DIRECTIONS, figure)[0]
     assert row.passed, row
+
+
+def test_what_was_measured_with_two_friction_directions_is_read():
+    """Two runs of every robot, whose paths are no shorter than their net displacements."""
+    robots = reference.robots()
+    measured = two_directions(robots)
+    assert measured.net.shape == measured.path.shape == (30, 2)
+    assert (measured.path >= measured.net).all()
+    # the median robot, in cm, as it was reported
+    assert 100 * np.median(np.median(measured.net, axis=1)) == pytest.approx(2.15, abs=0.01)
 
 
 def test_robots_are_read_as_published():
@@ -76,3 +94,15 @@ def test_a_population_is_measured():
     measured = Population.of([square], [np.zeros((1, 2))])
     np.testing.assert_allclose(measured.net, [[5.0]])
     np.testing.assert_allclose(measured.path, [[7.0]])
+
+
+def test_a_population_that_gains_by_a_coarse_step_is_noticed():
+    rng = np.random.default_rng(1)
+    net = rng.random((30, 4))
+    gained = net + 0.5 + 0.01 * rng.random((30, 1))
+    same, more = (
+        [row.passed for row in convergence_rows(Population(a, a, []), Population(net, net, []), 4)]
+        for a in (net, gained)
+    )
+    assert same == [True, True, None] * 2
+    assert more == [False, False, None] * 2

@@ -43,6 +43,7 @@ configs = st.builds(
         morphologies=st.integers(2, 100),
         mutants=st.integers(1, 100),
         boundary_rate=st.floats(0.01, 1.0),
+        maximise=st.sampled_from(["negative", "inverse"]),
         controllers=st.integers(31, 100),
         elitism=st.integers(0, 10),
         species_elitism=st.integers(0, 3),
@@ -55,6 +56,7 @@ configs = st.builds(
         body=st.builds(BodyRates, body_rate=st.floats(0.01, 1.0), module_rate=st.floats(0.0, 0.5)),
         neat=st.builds(NeatRates, hidden=st.integers(0, 9), weight_power=st.floats(0.001, 30.0)),
         both_weight=st.integers(0, 100),
+        crossover=st.floats(0.0, 1.0),
     ),
     seed=st.integers(0, 2**32 - 1),
     trials=st.builds(
@@ -83,6 +85,7 @@ def test_json_round_trip_is_lossless(config):
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
     assert (c.sensors, c.variation, c.map_search.sensory) == ("centimetres", PUBLISHED, "displacements")
+    assert c.vie_neat.maximise == "inverse"
     assert (c.evaluations, c.map_search.initial, c.map_search.batch_size) == (45_000, 1080, 24)
     assert c.map_search.refit_generations == (0, 50, 150, 350, 750, 1550)
     assert c.trials.repeats == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Final
 
 import numpy as np
@@ -80,8 +81,6 @@ class RobotGeometry:
 
     def __init__(self, morphology: Morphology, head_module: int) -> None:
         self.n_modules = morphology.n_modules
-        axes = np.array([t.NODES[b] - t.NODES[a] for a, b in t.RODS])
-        self._align = np.array([_quaternion_from_z(a) for a in axes])
         self._stiffness = np.array(morphology.stiffnesses)[:, None]
         self._full_tension = full_tension(morphology)
         plain = [*[theme.CABLE] * len(t.CABLES), *[theme.SERVO_CABLE] * len(t.SERVO_NODES)]
@@ -125,7 +124,7 @@ class RobotGeometry:
         places = [a.reshape(n, -1, 3) for a in (position, nodes, ends)]
         arrays = (
             np.concatenate(places, axis=1),
-            _multiply(turn, self._align).reshape(n, -1, 4).astype(np.float32),
+            _multiply(turn, _alignment()).reshape(n, -1, 4).astype(np.float32),
             np.repeat(colors.reshape(n, -1, 1, 3), 2, axis=2),
             shares.reshape(n, -1),
         )
@@ -208,6 +207,12 @@ def full_tension(morphology: Morphology) -> float:
 def _blend(low: tuple[int, ...], high: tuple[int, ...], part: np.ndarray) -> np.ndarray:
     part = np.clip(part, 0.0, 1.0)[..., None]
     return np.round(np.array(low) * (1.0 - part) + np.array(high) * part).astype(np.uint8)
+
+
+@functools.cache
+def _alignment() -> np.ndarray:
+    """Return the (6, 4) quaternions that turn a cylinder along z into each rod of a module as built."""
+    return np.array([_quaternion_from_z(t.NODES[b] - t.NODES[a]) for a, b in t.RODS])
 
 
 def _quaternion_from_z(axis: np.ndarray) -> np.ndarray:

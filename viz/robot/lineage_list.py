@@ -82,6 +82,8 @@ def _row(a: Ancestor, parent: Ancestor | None, shown: bool, distance: float, on_
 
 def _origin(a: Ancestor, parent: Ancestor | None) -> str:
     body = a.morphology
+    if a.operator == "again":
+        return "the same robot under other noise"
     if a.is_founder:
         return f"random: {body.n_modules} modules, stiffness {body.stiffness_text}"
     parts = body_changes(parent.morphology, body) if parent is not None else []

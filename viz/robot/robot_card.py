@@ -105,6 +105,8 @@ def _origin(evaluation: Evaluation) -> str:
         return "nobody (random)"
     if s.operator == "paired":
         return f"{s.parent}, body mutated; the controller is NEAT's"
+    if s.operator == "again":
+        return f"{s.parent}, the same robot under other noise"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 

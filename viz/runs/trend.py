@@ -1,4 +1,4 @@
-"""Best and mean f_s, QD score and coverage over evaluations as four small diagrams in one SVG."""
+"""Best and mean f_s, QD scores, coverage and good cells over evaluations as small diagrams in one SVG."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import dataclasses
 import html
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
+from engine.analysis.profile import Profile, ProfileHistory
 from engine.storage.rows import ArchiveFigures, Generation
 
 WIDTH: Final = 396
@@ -28,13 +29,13 @@ class Measure:
     Attributes:
         name: its title.
         unit: of its values.
-        of: the value of an archive's figures, None if there is none.
+        of: the value of an archive's figures and profile, None if there is none.
         digits: after the point, of values for people.
     """
 
     name: str
     unit: str
-    of: Callable[[ArchiveFigures], float | None]
+    of: Callable[[ArchiveFigures, Profile], float | None]
     digits: int
 
     def text(self, value: float | None) -> str:
@@ -43,18 +44,23 @@ class Measure:
 
 
 MEASURES: Final = (
-    Measure("best f_s", "cm", lambda f: _times_100(f.best), 2),
-    Measure("mean f_s", "cm", lambda f: _times_100(f.mean), 2),
-    Measure("QD score", "cm", lambda f: _times_100(f.qd_score), 0),
-    Measure("coverage", "%", lambda f: _times_100(f.coverage), 0),
+    Measure("best f_s", "cm", lambda f, _: _times_100(f.best), 2),
+    Measure("mean f_s", "cm", lambda f, _: _times_100(f.mean), 2),
+    Measure("QD score", "cm", lambda f, _: _times_100(f.qd_score), 0),
+    Measure("coverage", "%", lambda f, _: _times_100(f.coverage), 0),
+    Measure("cells above {threshold}", "", lambda _, p: float(p.above), 0),
+    Measure("QD with offset", "cm", lambda _, p: _times_100(p.offset_qd_score), 0),
 )
 
+ROWS: Final = len(MEASURES) // 2
 
-def render(generations: Sequence[Generation], shown: int | None = None) -> str:
+
+def render(generations: Sequence[Generation], history: ProfileHistory, shown: int | None = None) -> str:
     """Return the trends of all archives of a run as SVG.
 
     Args:
         generations: all of them, in order.
+        history: the profiles of these generations.
         shown: number of the generation that the maps show: it is marked, and titles give its values.
     """
     archives = sorted(
@@ -71,15 +77,18 @@ def render(generations: Sequence[Generation], shown: int | None = None) -> str:
     now = next((g for g in points if g.number == shown), points[-1])
     points = _thinned(points)
     x = _across(points)
-    plots = [_plot(k, points, archives, now, x) for k in range(len(MEASURES))]
+    measures = [dataclasses.replace(m, name=m.name.format(threshold=_limit(history))) for m in MEASURES]
+    series = [{name: [_value(p, name, m, history) for p in points] for name in archives} for m in measures]
+    current = [{name: _value(now, name, m, history) for name in archives} for m in measures]
+    plots = [_plot(k, m, points, series[k], (now, current[k]), x) for k, m in enumerate(measures)]
     marks = "".join(
         f"M{_corner(k)[0]} {_corner(k)[1]}v{PLOT_HEIGHT}" for k in range(len(MEASURES))
     )  # of all diagrams together, to be moved along by the pointer
     parts = [
-        f'<svg class="ta-trend" viewBox="0 0 {WIDTH} {2 * ROW + 30}" width="100%" style="display:block;'
+        f'<svg class="ta-trend" viewBox="0 0 {WIDTH} {ROWS * ROW + 30}" width="100%" style="display:block;'
         'font:10px system-ui,sans-serif;font-variant-numeric:tabular-nums"'
         f' data-plots="{";".join("{},{}".format(*_corner(k)) for k in range(len(MEASURES)))}"'
-        f' data-plot="{PLOT_WIDTH},{PLOT_HEIGHT}" data-points="{_table(points, archives, x)}">',
+        f' data-plot="{PLOT_WIDTH},{PLOT_HEIGHT}" data-points="{_table(points, measures, series, x)}">',
         _legend(archives),
         *plots,
         f'<path class="ta-at" d="{marks}" stroke="currentColor" stroke-opacity="0.8" fill="none"'
@@ -90,11 +99,16 @@ def render(generations: Sequence[Generation], shown: int | None = None) -> str:
 
 
 def _plot(
-    k: int, points: Sequence[Generation], archives: Sequence[str], now: Generation, x: Callable[[int], float]
+    k: int,
+    measure: Measure,
+    points: Sequence[Generation],
+    series: Mapping[str, Sequence[float | None]],
+    shown: tuple[Generation, Mapping[str, float | None]],
+    x: Callable[[int], float],
 ) -> str:
-    measure, (left, top) = MEASURES[k], _corner(k)
-    series = {name: [(p, _value(p, name, measure)) for p in points] for name in archives}
-    y = _ValueAxis([v for values in series.values() for _, v in values if v is not None], measure)
+    left, top = _corner(k)
+    now, current = shown
+    y = _ValueAxis([v for values in series.values() for v in values if v is not None], measure)
     parts = []
     for part in (0.0, 1.0):
         line = top + PLOT_HEIGHT * (1 - part)
@@ -110,17 +124,21 @@ def _plot(
     )
     title = html.escape(measure.name).replace("f_s", 'f<tspan dy="2" font-size="8">s</tspan>')
     values = []
-    for name, color in zip(archives, COLORS, strict=False):
-        drawn = [(left + x(p.n_evaluations), top + y(v)) for p, v in series[name] if v is not None]
+    for name, color in zip(series, COLORS, strict=False):
+        drawn = [
+            (left + x(p.n_evaluations), top + y(v))
+            for p, v in zip(points, series[name], strict=True)
+            if v is not None
+        ]
         line_ = " ".join(f"{a:.1f},{b:.1f}" for a, b in drawn)
         parts.append(
             f'<polyline points="{line_}" fill="none" stroke="{color}" stroke-width="1.6"'
             ' stroke-linejoin="round"/>'
         )
-        current = _value(now, name, measure)
-        if current is not None:
-            parts.append(f'<circle cx="{at:.1f}" cy="{top + y(current):.1f}" r="2.4" fill="{color}"/>')
-        values.append(f'<tspan fill="{color}" font-weight="600"> {measure.text(current)}</tspan>')
+        value = current[name]
+        if value is not None:
+            parts.append(f'<circle cx="{at:.1f}" cy="{top + y(value):.1f}" r="2.4" fill="{color}"/>')
+        values.append(f'<tspan fill="{color}" font-weight="600"> {measure.text(value)}</tspan>')
     back = '<tspan dy="-2"> </tspan>' if "f_s" in measure.name else ""
     parts.append(
         f'<text x="{left}" y="{top - 6}" fill="currentColor">{title}{back}{"".join(values)}'
@@ -147,19 +165,24 @@ def _legend(archives: Sequence[str]) -> str:
         for k, (name, color) in enumerate(zip(archives, COLORS, strict=True))
     ]
     return (
-        f'<text x="{WIDTH - 4}" y="{2 * ROW + 26}" text-anchor="end" fill="currentColor" fill-opacity="0.85"'
-        f' style="white-space:pre">{"".join(parts)}</text>'
+        f'<text x="{WIDTH - 4}" y="{ROWS * ROW + 26}" text-anchor="end" fill="currentColor"'
+        f' fill-opacity="0.85" style="white-space:pre">{"".join(parts)}</text>'
     )
 
 
-def _table(points: Sequence[Generation], archives: Sequence[str], x: Callable[[int], float]) -> str:
+def _table(
+    points: Sequence[Generation],
+    measures: Sequence[Measure],
+    series: Sequence[Mapping[str, Sequence[float | None]]],
+    x: Callable[[int], float],
+) -> str:
     """Return places and hover cards of the generations as JSON, escaped for an attribute."""
     rows = []
-    for p in points:
+    for k, p in enumerate(points):
         lines = [f"generation {p.number}, {p.n_evaluations} evaluations"]
-        for measure in MEASURES:
-            values = " · ".join(measure.text(_value(p, name, measure)) for name in archives)
-            lines.append(f"{measure.name} {values} {measure.unit}")
+        for measure, of_archives in zip(measures, series, strict=True):
+            values = " · ".join(measure.text(found[k]) for found in of_archives.values())
+            lines.append(f"{measure.name} {values} {measure.unit}".rstrip())
         rows.append([round(x(p.n_evaluations), 1), "\n".join(lines)])
     return html.escape(json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
 
@@ -189,8 +212,13 @@ def _known(generation: Generation, archive: str) -> bool:
     return archive in generation.archives and generation.archives[archive].best is not None
 
 
-def _value(generation: Generation, archive: str, measure: Measure) -> float | None:
-    return measure.of(generation.archives[archive]) if archive in generation.archives else None
+def _value(generation: Generation, archive: str, measure: Measure, history: ProfileHistory) -> float | None:
+    figures, profile = generation.archives.get(archive), history.get(generation.number, archive)
+    return None if figures is None or profile is None else measure.of(figures, profile)
+
+
+def _limit(history: ProfileHistory) -> str:
+    return f"{100 * history.threshold:.2f} cm"
 
 
 def _times_100(value: float | None) -> float | None:
@@ -203,7 +231,8 @@ class _ValueAxis:
     def __init__(self, values: Sequence[float], measure: Measure) -> None:
         low, high = min(values), max(values)
         room = 0.06 * (high - low) or max(abs(high) * 0.1, 0.5)
-        self.low, self.high = low - room, high + room
+        # no room below zero for what is never negative
+        self.low, self.high = low - room if low < 0.0 else max(low - room, 0.0), high + room
         self._measure = measure
 
     def __call__(self, value: float) -> float:

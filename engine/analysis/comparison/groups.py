@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from engine.config import RunConfig, inline_tables
+from engine.control.genome import PUBLISHED_RATES
 from engine.search.map_search import MapSearchConfig
 
 ALGORITHM_NAMES: Final = {
@@ -25,6 +26,9 @@ BUDGET: Final = "evaluations"
 _UNREAD: Final = ("task", "seed")
 _OF_MAPS: Final = {f.name for f in dataclasses.fields(MapSearchConfig)} | {"overlap"}
 _OF_VIE_NEAT: Final = "vie_neat."
+_PUBLISHED_NEAT: Final = {
+    f"variation.neat.{name}": value for name, value in dataclasses.asdict(PUBLISHED_RATES).items()
+}
 
 Settings = Mapping[str, Hashable]
 """What decides a run's outcome, by the name in a configuration file, such as ``trials.repeats``."""
@@ -79,9 +83,17 @@ def name_groups(groups: Sequence[Settings]) -> list[str]:
         usual = {key: _usual(key, own) for key in chosen}
         for k in members:
             named = [key for key in chosen if key in groups[k] and groups[k][key] != usual[key]]
-            parts = [setting_text(key, groups[k][key], groups[k]) for key in named]
+            # once for all of a table that has the published values
+            parts = list(dict.fromkeys(_part(key, groups[k]) for key in named))
             names[k] = ", ".join([ALGORITHM_NAMES.get(str(algorithm), str(algorithm)), *parts])
     return names
+
+
+def _part(key: str, group: Settings) -> str:
+    """Return what a group's name says of a setting."""
+    if key in _PUBLISHED_NEAT and all(group.get(k) == v for k, v in _PUBLISHED_NEAT.items()):
+        return "NEAT as published"
+    return setting_text(key, group[key], group)
 
 
 def setting_text(key: str, value: Hashable, among: Iterable[str]) -> str:

@@ -231,7 +231,7 @@ def _points(reader: RunReader, generations: list[Generation], limit: float) -> t
     axes = generations[-1].archives[archive].axes
     keep = body_axes(axes)
     n_cells = EliteMap(tuple(axes[i] for i in keep), {}).n_cells
-    history = map_over_time(reader, archive, generations, keep if archive == GRID else None)
+    history = map_over_time(reader, archive, generations, keep=keep if archive == GRID else None)
     points = []
     for generation, held in zip(generations, history, strict=True):
         values = [distance - fitness for _, fitness in sorted(held.items())]

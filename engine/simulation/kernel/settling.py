@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.simulation.batch import SPAN, Span, SpanObserver
+from engine.simulation.batch import Span, SpanObserver, spans
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON, read_robot, reason
@@ -80,9 +80,8 @@ def settle(
         if observer is None:
             dropped.settle(round(duration / physics.control_period))
         else:
-            n = round(duration / physics.control_period)
-            for start in range(0, n, SPAN):
-                recording = dropped.settle(min(SPAN, n - start), _SPAN)
+            for n in spans(round(duration / physics.control_period)):
+                recording = dropped.settle(n, _SPAN)
                 observer(_span(recording, _snapshot(robot, dropped, physics)))
         failure = None
         if dropped.failure != GOES_ON:

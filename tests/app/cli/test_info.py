@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from engine.storage.reader import RunReader
 from tests.support.command_line import Command
 
 
@@ -13,3 +14,9 @@ def test_info_is_readable(tensatlas: Command, small_run: Path) -> None:
     assert "goal-reaching" in out
     assert "18 of 18" in out
     assert "QD score" in out
+    with RunReader(small_run) as reader:
+        elites = reader.elites(reader.finished_generation())["morphology"]
+    values = [45 - 100 * s.fitness for _, s in elites.values()]
+    (line,) = [line for line in out.splitlines() if line.startswith("morphology")]
+    assert f"with offset {sum(v + 45 for v in values):.0f} cm" in line
+    assert f"{sum(v > 0.7925 for v in values)} cells above 0.79 cm" in line

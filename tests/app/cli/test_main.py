@@ -117,16 +117,16 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap preset"
-        " refit-generations seed sensors sensory stiffness task",
-        "variation.": "morphology-weight controller-weight both-weight",
+        "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap parents"
+        " preset reevaluations refit-generations seed sensors sensory stiffness task",
+        "variation.": "morphology-weight controller-weight both-weight crossover",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
         " neuron-add neuron-remove weight-power weight-rate weight-replace",
         "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
         " servo-noise simulator timestep",
-        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism morphologies mutants"
+        "vie-neat.": "boundary-rate compatibility-threshold controllers elitism maximise morphologies mutants"
         " species-elitism",
     }
     flags = {prefix + name for prefix, names in groups.items() for name in names.split()}
@@ -196,6 +196,12 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --refit-generations 5", "must include 0"),
         ("evolve x.tsmr --seed -1", "seed"),
         (
+            "evolve x.tsmr --reevaluations 24",
+            "reevaluations must be from 0 to less than batch_size (24), not 24",
+        ),
+        ("evolve x.tsmr --reevaluations 2 --cell-capacity 5", "a deep grid has its own rule"),
+        ("evolve x.tsmr --parents curiosity --cell-capacity 5", "a deep grid has its own rule"),
+        (
             "evolve x.tsmr --controller-cells 0 9",
             "controller_cells must be two numbers from 1 to 50, not 0, 9",
         ),
@@ -203,6 +209,7 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --variation.neat.weight-power -1", "weight_power must be from 0.001 to 30, not -1.0"),
         ("evolve x.tsmr --variation.neat.hidden 101", "hidden must be from 0 to 100, not 101"),
         ("evolve x.tsmr --variation.body.face-rate nan", "face_rate must be from 0 to 1, not nan"),
+        ("evolve x.tsmr --variation.crossover 1.5", "crossover must be from 0 to 1, not 1.5"),
         ("evolve x.tsmr --variation.both-weight -1", "both_weight must be from 0 to 100, not -1"),
         ("evolve x.tsmr --workers 0", "workers"),
         ("evolve x.tsmr --physics.timestep 0.003", "whole number of time steps"),

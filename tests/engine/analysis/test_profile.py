@@ -6,6 +6,8 @@ from scipy.optimize import minimize
 
 from engine.analysis.elite_maps import load_maps
 from engine.analysis.profile import (
+    Profile,
+    ProfileHistory,
     aperture,
     count_above,
     counts_above,
@@ -84,7 +86,7 @@ def test_the_map_over_time_is_what_the_file_holds_at_its_end(tmp_path):
         generations = reader.generations()
         keep = body_axes(generations[-1].archives["grid"].axes)
         grid = [dict(m) for m in map_over_time(reader, "grid", generations)]
-        bodies = [dict(m) for m in map_over_time(reader, "grid", generations, keep)]
+        bodies = [dict(m) for m in map_over_time(reader, "grid", generations, keep=keep)]
         maps = [load_maps(reader, g) for g in generations]
     for k, shown in enumerate(maps):
         assert grid[k] == {c: f for c, (f, _) in shown["grid"].elites.items()}
@@ -100,3 +102,18 @@ def test_a_cell_that_is_emptied_does_not_count(tmp_path):
             {(0, 0, 0, 0): 0.4},
             {},
         ]
+
+
+def test_the_history_of_a_live_run_grows_to_that_of_the_whole(tmp_path):
+    path = random_grid_run(tmp_path / "a.tsmr", 4, sizes=(8, 6, 6, 6))
+    whole, grown = ProfileHistory(GOALS), ProfileHistory(GOALS)
+    with RunReader(path) as reader:
+        generations = reader.generations()
+        whole.extend(reader, generations)
+        for part in (generations[:1], generations[1:3], generations[3:]):
+            grown.extend(reader, part)
+        for g in generations:
+            values = [0.45 - f for f, _ in load_maps(reader, g)["grid"].elites.values()]
+            assert grown.get(g.number, "grid") == whole.get(g.number, "grid") == Profile.of(values, GOALS)
+            assert whole.get(g.number, "grid").above == count_above(values, unsteered_limit(GOALS)) > 0
+    assert whole.get(99, "grid") is whole.get(0, "morphology") is None

@@ -337,3 +337,37 @@ def test_the_plain_logistic():
     assert logistic(-2.0) + logistic(2.0) == pytest.approx(1.0)
     assert logistic(1e6) == pytest.approx(1.0)
     assert 0.0 < logistic(-1e6) < 1e-20
+
+
+# ---- crossover
+
+
+@examples(20)
+@given(st.integers(0, 2**32), st.integers(0, 12))
+def test_a_cross_has_the_fitters_structure_and_the_numbers_of_both(seed, n):
+    neat, rng = Neat(n_inputs=2), random.Random(seed)
+    common = neat.random(rng)
+    fitter, other = common, common
+    for _ in range(n):
+        fitter, other = neat.mutate(fitter, rng), neat.mutate(other, rng)
+    child = neat.cross(fitter, other, rng)
+    assert [node.key for node in child.nodes] == [node.key for node in fitter.nodes]
+    ours, theirs = ({c.innovation: c for c in parent.connections} for parent in (fitter, other))
+    assert {c.innovation for c in child.connections} <= set(ours)
+    for c in child.connections:
+        own, mate = ours[c.innovation], theirs.get(c.innovation, ours[c.innovation])
+        assert (c.source, c.target) == (own.source, own.target)
+        assert c.weight in (own.weight, mate.weight)
+    for node, own in zip(child.nodes, fitter.nodes, strict=True):
+        mates = [m.bias for m in other.nodes if m.key == node.key]
+        assert node.bias in (own.bias, *mates)
+
+
+def test_a_cross_takes_half_from_either_parent():
+    neat, rng = Neat(n_inputs=2), random.Random(1)
+    fitter, other = neat.random(rng), neat.random(rng)
+    weights = {c.weight for c in fitter.connections}
+    children = [neat.cross(fitter, other, rng) for _ in range(60)]
+    shares = [sum(c.weight in weights for c in child.connections) / len(weights) for child in children]
+    assert sum(shares) / len(shares) == pytest.approx(0.5, abs=0.05)
+    assert neat.cross(fitter, fitter, rng) == fitter

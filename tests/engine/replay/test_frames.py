@@ -13,7 +13,7 @@ from engine.config import task_of
 from engine.replay.frames import FrameMaker
 from engine.replay.recording import UPDATES_PER_FRAME, ContactFinder
 from engine.replay.replay import Replay, repeat_trial
-from engine.simulation.batch import SPAN, Span
+from engine.simulation.batch import FIRST_SPAN, SPAN, Span
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
@@ -30,7 +30,8 @@ def config_of(physics, task):
     return dataclasses.replace(TINY, task=task.name, physics=physics, trials=TIMES)
 
 
-def evaluated(config, task):
+def evaluated(config):
+    task = task_of(config)
     solution = Solution(
         number=3, morphology=Morphology(6, (1, 5)), controller=evolved_controller(4, 6, task.n_inputs)
     )
@@ -45,7 +46,7 @@ def evaluated(config, task):
 @pytest.mark.parametrize("task", [GOAL_REACHING, SQUEEZING], ids=lambda task: task.name)
 def test_a_replay_shows_what_each_control_update_does(simulator, task):
     config = config_of(Physics(simulator=simulator), task)
-    evaluation = evaluated(config, task)
+    evaluation = evaluated(config)
     replay = Replay(config, evaluation, target=1, repeat=1)
     for until in (0.5, 0.51, 2.3):  # in pieces of any size
         replay.advance(until)
@@ -74,10 +75,10 @@ def test_a_replay_shows_what_each_control_update_does(simulator, task):
 def test_every_control_update_is_observed_once():
     config = config_of(Physics(), GOAL_REACHING)
     seen = []
-    replay = Replay(config, evaluated(config, GOAL_REACHING), observer=seen.append)
+    replay = Replay(config, evaluated(config), observer=seen.append)
     replay.advance(TIMES.trial_time)
     assert [n for span in seen for n in span.updates] == [*range(1, 171)]
-    assert max(len(span.updates) for span in seen) == SPAN
+    assert [len(span.updates) for span in seen] == [FIRST_SPAN, 45, SPAN, SPAN, 15]
     assert [span.sensed is None for span in seen] == [True, True, False, False, False]
 
 

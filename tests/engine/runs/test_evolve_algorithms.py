@@ -7,6 +7,7 @@ import pytest
 import engine.runs.evolve
 from engine.config import replaced
 from engine.errors import RunFileError
+from engine.search.variation import VariationConfig
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.killed import run_until_killed
@@ -17,6 +18,12 @@ CHANGES = {
     "MAP-Elites": {"algorithm": "map-elites"},
     "MAP-Elites in 2-D": {"algorithm": "map-elites-2d"},
     "random search": {"algorithm": "random"},
+    "curiosity": {"parents": "curiosity"},
+    "samples": {
+        "reevaluations": 3,
+        "parents": "curiosity",
+        "variation": VariationConfig(crossover=0.5, both_weight=2),
+    },
     "deep grid": {"cell_capacity": 2},
     "DM-ME, per module": {"stiffness": "per-module"},
     "MAP-Elites, per module": {"algorithm": "map-elites", "stiffness": "per-module"},
@@ -24,7 +31,7 @@ CHANGES = {
 CONFIGS = {name: replaced(MADE_UP, **changes) for name, changes in CHANGES.items()}
 
 
-@pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "DM-ME, per module"])
+@pytest.mark.parametrize("name", ["MAP-Elites", "deep grid", "curiosity", "samples", "DM-ME, per module"])
 @pytest.mark.usefixtures("no_physics")
 def test_a_killed_run_ends_like_an_undisturbed_one(tmp_path, name):
     config = CONFIGS[name]

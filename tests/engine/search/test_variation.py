@@ -6,12 +6,18 @@ import dataclasses
 import pytest
 
 from engine.body.morphology import BodyRates
+from engine.config import create_algorithm, replaced
 from engine.control.genome import NeatRates
 from engine.errors import InvalidData
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_search import MapSearchConfig
 from engine.search.variation import PUBLISHED, Variation, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
+from tests.support.made_up import MADE_UP, generation
+
+
+def nobody():
+    raise AssertionError("no crossover was asked for")
 
 
 def variation(**config):
@@ -23,7 +29,7 @@ def test_operators_are_drawn_by_their_weights(weights):
     names = ("morphology_weight", "controller_weight", "both_weight")
     v = variation(**dict(zip(names, weights, strict=True)))
     parent, n = v.random(), 600
-    drawn = collections.Counter(v.mutate(parent, "x").operator for _ in range(n))
+    drawn = collections.Counter(v.mutate(parent, "x", nobody).operator for _ in range(n))
     for operator, weight in zip(("morphology", "controller", "both"), weights, strict=True):
         assert drawn[operator] / n == pytest.approx(weight / sum(weights), abs=0.06 if weight else 0.0)
 
@@ -34,7 +40,7 @@ def test_rates_reach_the_mutants():
     )
     parent = v.random()
     assert len(parent.controller.nodes) == 20
-    mutants = [v.mutate(parent, "x") for _ in range(200)]
+    mutants = [v.mutate(parent, "x", nobody) for _ in range(200)]
     for m in mutants:
         if m.operator == "controller":
             assert len(m.controller.nodes) in (20, 21)
@@ -84,3 +90,43 @@ def test_weights_out_of_range_are_refused(config, reason):
 def test_rates_of_bodies_out_of_range_are_refused(rates, reason):
     with pytest.raises(InvalidData, match=reason):
         BodyRates(**rates)
+
+
+# ---- crossover
+
+
+@pytest.mark.parametrize("share", [1.0, 0.3])
+def test_controllers_are_crossed_as_often_as_asked(share):
+    v = variation(crossover=share, morphology_weight=0, both_weight=0)
+    fitter, other = v.random(), v.random()
+    asked = []
+
+    def pair():
+        asked.append(1)
+        return fitter.controller, other.controller
+
+    n = 300
+    children = [v.mutate(other, "x", pair) for _ in range(n)]
+    assert len(asked) / n == pytest.approx(share, abs=0.08)
+    own = {c.weight for c in other.controller.connections}
+    crossed = [len(own & {c.weight for c in s.controller.connections}) / len(own) for s in children]
+    # a crossed child has about half of each parent's weights, before a fifth of them is mutated
+    assert sum(share < 0.6 for share in crossed) / n == pytest.approx(share, abs=0.08)
+    assert all(s.parent == other.number and s.operator == "controller" for s in children)
+
+
+def test_a_search_crosses_elites_of_one_archive():
+    config = replaced(
+        MADE_UP, variation=VariationConfig(crossover=1.0, morphology_weight=0, both_weight=0), overlap=0
+    )
+    algorithm, everybody = create_algorithm(config), {}
+    crossed = 0
+    for _ in range(9):
+        elites = {e.solution.number for a in algorithm.archives.values() for e in a.elites()}
+        told = generation(algorithm)
+        weights = {n: {c.weight for c in s.controller.connections} for n, s in everybody.items()}
+        for s in (e.solution for e in told if e.solution.parent is not None):
+            mine = {c.weight for c in s.controller.connections} - weights[s.parent]
+            crossed += any(len(mine & weights[n]) > 5 for n in elites - {s.parent})
+        everybody |= {e.solution.number: e.solution for e in told}
+    assert crossed > 0.6 * (config.evaluations - config.map_search.initial)

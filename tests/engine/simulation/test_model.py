@@ -187,10 +187,7 @@ def test_time_steps_per_control_period():
 
 def single_module(level):
     """One module, floating."""
-    spec = mujoco.MjSpec()
-    r._set_options(spec, Physics(), gravity=False)
-    r._add_module(r._Rods(spec), 0, np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), level / 10, Physics())
-    return spec.compile()
+    return r.chain_spec((level,), (1,), physics=Physics(), gravity=False).compile()
 
 
 def face_distance(data, face):
@@ -222,8 +219,26 @@ def test_only_the_actuated_faces_approach_each_other():
 def test_the_fingerprint_tells_bodies_apart(monkeypatch):
     before = body_fingerprint()
     assert body_fingerprint() == before
-    body_fingerprint.cache_clear()
     monkeypatch.setattr(t, "CABLE_DAMPING", 0.71)
+    for cached in (body_fingerprint, r._loose_modules):
+        cached.cache_clear()
     changed = body_fingerprint()
-    body_fingerprint.cache_clear()
+    for cached in (body_fingerprint, r._loose_modules):
+        cached.cache_clear()
     assert changed != before
+
+
+def test_a_robot_is_described_alike_whatever_was_described_before():
+    """Descriptions of one size are copies of one, which must stay as it is."""
+    one, other = Morphology((1, 9, 4), (1, 2, 3)), Morphology(10, (8, 5, 7))
+
+    def described(morphology):
+        spec = build_spec(morphology, physics=Physics())
+        spec.compile()
+        return spec.to_xml()
+
+    before = described(one)
+    assert described(other) != before
+    assert described(one) == before
+    build_spec(one, physics=Physics()).body("m0_rod0").pos = [9.0, 9.0, 9.0]
+    assert described(one) == before

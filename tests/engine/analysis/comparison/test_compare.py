@@ -273,6 +273,14 @@ def test_runs_that_began_with_the_same_robots_are_tested_in_pairs(run_file):
     assert (test.result.kind, test.sizes) == ("signed-rank", "4 pairs")
     # the same seed gives the same made-up figures
     assert (test.result.p, test.effect.value) == (1.0, 0.5)
+    # the second group worse by less than runs differ: each pair, but not each run, tells
+    lower = [
+        dataclasses.replace(r, points=(dataclasses.replace(r.points[-1], best=r.points[-1].best - 1e-6),))
+        for r in task.groups[1].runs
+    ]
+    worse = TaskComparison("goal-reaching", make_groups([*task.groups[0].runs, *lower])).tests[0]
+    assert worse.result.p == 2 / 16
+    assert worse.effect.value == pytest.approx((6 + 4) / 16)
     # equal seeds alone make no pairs
     apart = [
         dataclasses.replace(r, first_robots=frozenset({str(r.config.map_search.batch_size)}))

@@ -4,6 +4,7 @@ import pytest
 
 from engine.analysis.comparison.groups import differing, name_groups, setting_text, settings, value_text
 from engine.config import from_json, preset, replaced, to_json
+from engine.search.variation import PUBLISHED, VariationConfig
 from tests.support.made_up import MADE_UP
 
 
@@ -73,6 +74,25 @@ def test_settings_that_change_together_are_not_all_named_and_words_come_before_n
     other = replaced(MADE_UP, initial=30, batch_size=8, sensory="displacements")
     assert names(MADE_UP, other) == ["DM-ME", "DM-ME, sensory displacements"]
     assert differing([settings(MADE_UP), settings(other)]) == ["initial", "batch_size", "sensory"]
+
+
+def test_published_rates_of_neat_are_one_thing():
+    published = {"variation": PUBLISHED}
+    sensors = {"sensors": "centimetres"}
+    gentle = replaced(MADE_UP, sensors="relative", variation=VariationConfig())
+    assert names(*(replaced(gentle, **c) for c in ({}, sensors, published, sensors | published))) == [
+        "DM-ME",
+        "DM-ME, sensors centimetres",
+        "DM-ME, NEAT as published",
+        "DM-ME, sensors centimetres, NEAT as published",
+    ]
+    rates = dataclasses.replace(PUBLISHED.neat, link_add=0.4)
+    nearly = replaced(gentle, variation=dataclasses.replace(PUBLISHED, neat=rates))
+    assert names(gentle, nearly, replaced(gentle, **published)) == [
+        "DM-ME",
+        "DM-ME, link add 0.4",
+        "DM-ME, NEAT as published",
+    ]
 
 
 def test_without_the_default_among_them_the_value_of_most_goes_without_saying():
