@@ -48,7 +48,9 @@ def check_run(path: Path) -> Iterator[Finding]:
             what = f"{config.algorithm} on {config.task}, seed {config.seed}, format {reader.format_version}"
             yield Finding("ok", f"{as_typed(path)} is a run file: {what}")
             if reader.format_version < FORMAT_VERSION:
-                remedy = f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a copy that is smaller and has all"
+                remedy = (
+                    f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a smaller copy that has all"
+                )
                 yield Finding("note", f"its format is older: {_WITHOUT[reader.format_version]}", remedy)
             yield from _contents(path, reader)
             yield from _versions(path, reader)
