@@ -12,9 +12,11 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 from collections import defaultdict, deque
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 from engine.config import RunConfig, create_algorithm
 from engine.errors import RunFileError
@@ -24,6 +26,9 @@ from engine.storage.rows import statistics
 from engine.storage.salvaged_tables import SalvagedTables
 from engine.storage.writer import RunWriter
 from engine.tasks import get_task
+
+_LAST_DIGITS: Final = 1e-12
+"""Largest relative difference between numbers that are the same but for their last digits."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -127,12 +132,16 @@ def _repeat(
             solutions = under_way.popleft()
             found = [evaluations[s.number] for s in solutions if s.number in evaluations]
             asked = {s.number: s for s in solutions}
-            known = [e for e in found if e.solution == asked[e.solution.number]]
+            known = [
+                dataclasses.replace(e, solution=asked[e.solution.number])
+                for e in found
+                if _alike(e.solution, asked[e.solution.number])
+            ]
             g = algorithm.generation
             writer.add_evaluations(g, known, tables.origins_of(known))
             report.n_evaluations += len(known)
             if len(known) < len(found):
-                differing = [e.solution.number for e in found if e not in known]
+                differing = sorted({e.solution.number for e in found} - {e.solution.number for e in known})
                 tables.damaged.update(differing)
                 # one flipped byte changes one solution, other versions change them all
                 later = len(differing) <= len(found) // 2
@@ -150,6 +159,29 @@ def _repeat(
             report.n_after += _keep_for_later(tables, evaluations, solutions[-1].number, writer)
             report.n_evaluations = report.n_evaluations - len(known) + report.n_after
     report.resumable = True
+
+
+def _alike(recorded: Solution, asked: Solution) -> bool:
+    """Tell whether two solutions are the same but for the last digits of what was drawn from a Gaussian.
+
+    Earlier versions left these digits to the C library.
+    """
+    if recorded == asked:
+        return True
+    numbers: list[list[float]] = []
+    bare = []
+    for s in (recorded, asked):
+        c = s.controller
+        numbers.append([*(n.bias for n in c.nodes), *(x.weight for x in c.connections)])
+        controller = dataclasses.replace(
+            c,
+            nodes=tuple(dataclasses.replace(n, bias=0.0) for n in c.nodes),
+            connections=tuple(dataclasses.replace(x, weight=0.0) for x in c.connections),
+        )
+        bare.append(dataclasses.replace(s, controller=controller))
+    return bare[0] == bare[1] and all(
+        math.isclose(a, b, rel_tol=_LAST_DIGITS) for a, b in zip(*numbers, strict=True)
+    )
 
 
 def _keep_for_later(
