@@ -14,6 +14,7 @@ from app.runs.upload import keep, safe_name
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 from tests.support.opened import files_opened
+from tests.support.run_formats import change
 
 
 @pytest.fixture
@@ -24,9 +25,7 @@ def folder(tmp_path: Path) -> Path:
 def changed(run: Path, tmp_path: Path, *commands: str) -> bytes:
     """Return a run file that somebody has worked on."""
     path = Path(shutil.copy(run, tmp_path / "changed.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        for command in commands:
-            db.execute(command)
+    change(path, *commands)
     with contextlib.closing(sqlite3.connect(path)) as db:
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     return path.read_bytes()
@@ -65,7 +64,7 @@ def test_a_name_never_leaves_the_folder_nor_hides(name: str) -> None:
         (["DROP TABLE state"], "table state"),
         (["PRAGMA application_id = 1"], "another program"),
         (["PRAGMA user_version = 99"], "newer"),
-        (["UPDATE evaluations SET controller = '[]'"], "damaged"),
+        (["UPDATE details SET controller = '[]'"], "damaged"),
         (["UPDATE placements SET cell = '190' || cell"], "outside"),
         (["DELETE FROM placements", "DELETE FROM generations"], "no finished generation"),
         (["CREATE VIEW evil AS SELECT 1"], "view"),
