@@ -4,7 +4,8 @@ Starts the app as a process of its own, as ``benchmarks.explorer`` does, and att
 
 - ``clicks``: one browser sends hundreds of clicks at once, then goes on for half a minute, 200 a second;
 - ``crowd``: 20 browsers, then 50, each click another robot at the same moment;
-- ``messages``: what takes much more memory than bytes, and what has the wrong types.
+- ``messages``: what takes much more memory than bytes, and what has the wrong types;
+- ``files``: pipes among the runs and beside one.
 
 Meanwhile an innocent browser clicks. Prints how long its answers take, and the CPU time that the server
 needed for a crowd: on a machine that is busy otherwise only that says much. Exits with 1 if a figure falls
@@ -15,6 +16,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import os
+import shutil
 import sys
 import tempfile
 import threading
@@ -47,6 +50,8 @@ FLOODS: Final = (100, 400)
 """Clicks that one browser sends at once."""
 RATE: Final = 200
 """Clicks a second of a browser that goes on."""
+PATIENCE: Final = 10.0
+"""Seconds in which a server ends."""
 GROWTH: Final = 50.0
 """MB that messages may take."""
 PAUSE: Final = 0.5
@@ -57,7 +62,7 @@ PAUSE: Final = 0.5
 class Arguments:
     """Attack the explorer."""
 
-    part: Literal["all", "clicks", "crowd", "messages"] = "all"
+    part: Literal["all", "clicks", "crowd", "messages", "files"] = "all"
     """Which attack."""
     seconds: float = 30.0
     """How long the clicks go on."""
@@ -91,6 +96,8 @@ def main(arguments: Arguments) -> int:
         if wanted("messages"):
             with explorer([run], folder, "--read-only") as server:
                 rows += messages(server, cells, 20 if quick else 2000)
+        if wanted("files"):
+            rows += files(run, folder)
     show("The explorer under attack", rows, console)
     passed = all(row.passed is not False for row in rows)
     console.print("every figure is met" if passed else "a figure falls short")
@@ -205,6 +212,28 @@ def messages(server: ServerProcess, cells: Sequence[str], n: int) -> list[Row]:
             not server.log,
         ),
         answers("clicks in the meantime", waits),
+    ]
+
+
+def files(run: Path, folder: Path) -> list[Row]:
+    """Offer a folder that has pipes in it, whose opening never ends."""
+    place = folder / "pipes"
+    place.mkdir()
+    shutil.copy(run, place / "a.tsmr")
+    for name in ("b.tsmr", "a.tsmr.lock", "a.robust.json"):
+        os.mkfifo(place / name)
+    with explorer([place], folder) as server:
+        started = time.perf_counter()
+        with SyntheticBrowser(server.address) as browser:
+            browser.arrive()
+            opened(browser)
+        page = time.perf_counter() - started
+        started = time.perf_counter()
+        server.end()
+        end = time.perf_counter() - started
+    return [
+        answers("a page with pipes among the runs", [page]),
+        answers("the server's end by SIGTERM", [end], PATIENCE),
     ]
 
 

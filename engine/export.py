@@ -24,7 +24,7 @@ from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
-from engine.errors import ExportError
+from engine.errors import ExportError, printable
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
@@ -243,7 +243,7 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
     content = {
         "format": GENOTYPE_FORMAT,
         "version": GENOTYPE_VERSION,
-        "run_file": reader.path.name,
+        "run_file": printable(reader.path.name),
         "number": s.number,
         "morphology": s.morphology.to_json(),
         "controller": s.controller.to_json(),
@@ -275,7 +275,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
     recorded = float(e.distances[TARGET, REPEAT])
     return _template("export_readme.md").format(
         number=e.solution.number,
-        run=reader.path.name,
+        run=printable(reader.path.name),
         task=task.name,
         summary=f": {task.summary}" if task.summary else "",
         score=task.score_name,

@@ -10,7 +10,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from engine.errors import ExportError
+from engine.errors import ExportError, as_typed
 
 if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
@@ -74,7 +74,7 @@ class Compare:
             except ExportError as e:
                 console.print(f"tensatlas: note: {e}", markup=False)
         _print(comparison)
-        console.print(f"Wrote the report to {report}", markup=False)
+        console.print(f"Wrote the report to {as_typed(report)}", markup=False)
 
 
 def _make_folder(folder: Path) -> None:

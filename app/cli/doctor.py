@@ -18,7 +18,7 @@ import tyro
 from rich.console import Console
 
 from engine.config import preset
-from engine.errors import TensAtlasError
+from engine.errors import TensAtlasError, printable
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
@@ -51,7 +51,7 @@ class Doctor:
         for finding in _findings(self.paths, self.port):
             n_problems += finding.verdict == "problem"
             remedy = f"; {finding.remedy}" if finding.remedy else ""
-            out.print(f"{finding.verdict:<8} {finding.text}{remedy}", markup=False)
+            out.print(printable(f"{finding.verdict:<8} {finding.text}{remedy}"), markup=False)
         if n_problems:
             out.print(f"{n_problems} problem{'s' if n_problems > 1 else ''} found", markup=False)
             return PROBLEMS

@@ -18,6 +18,7 @@ from app.cli.progress import ProgressDisplay
 from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
 from engine.config import DEFAULT_PRESET, RunConfig, inline_tables, replaced
+from engine.errors import as_typed
 from engine.runs import evolve
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
 from engine.storage.reader import RunReader, changed_versions
@@ -121,15 +122,16 @@ def _compute(
     path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console, *, prefix: str
 ) -> None:
     """Start or resume a run, and say what to type next; the prefix is typed before ``tensatlas``."""
+    file = as_typed(path)
     try:
         compute_run(path, config, flags, console)
     except KeyboardInterrupt:
         console.print(
-            f"Stopped. Everything finished is saved; continue with: {prefix}tensatlas resume {path}",
+            f"Stopped. Everything finished is saved; continue with: {prefix}tensatlas resume {file}",
             markup=False,
         )
         raise
-    console.print(f"Finished: {path}. Look at it with: {prefix}tensatlas explore {path}", markup=False)
+    console.print(f"Finished: {file}. Look at it with: {prefix}tensatlas explore {file}", markup=False)
 
 
 CONFIG_FLAGS: Final = ConstructorRegistry()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import io
 import operator
 import signal
 import sys
@@ -72,6 +73,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run a command; exit with 2 after an error that the user can mend, with 130 after Ctrl-C."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     console = Console(stderr=True, highlight=False, soft_wrap=True)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a locale may lack characters; a name may be no text
     # a terminal that closes or a supervisor that stops us ends as cleanly as Ctrl-C
     for sign in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(sign, _interrupt)

@@ -114,7 +114,7 @@ def check(path: Path) -> None:
 
 def _check_tables(path: Path) -> None:
     """Make sure that a database holds plain tables only: a view or a computed column could run for ever."""
-    where = f"file:{urllib.parse.quote(str(path.absolute()))}?mode=ro&immutable=1"
+    where = f"file:{urllib.parse.quote(os.fsencode(path.absolute()))}?mode=ro&immutable=1"
     try:
         with contextlib.closing(sqlite3.connect(where, uri=True)) as db:
             db.execute("PRAGMA trusted_schema=OFF")

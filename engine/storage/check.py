@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from engine.errors import TensAtlasError, one_line
+from engine.errors import TensAtlasError, as_typed, one_line
 from engine.storage.database import connect
 from engine.storage.lock import holder_of, lock_path
 from engine.storage.reader import RunReader, changed_versions
@@ -46,9 +46,11 @@ def check_run(path: Path) -> Iterator[Finding]:
         with RunReader(path) as reader:
             config = reader.config
             what = f"{config.algorithm} on {config.task}, seed {config.seed}, format {reader.format_version}"
-            yield Finding("ok", f"{path} is a run file: {what}")
+            yield Finding("ok", f"{as_typed(path)} is a run file: {what}")
             if reader.format_version < FORMAT_VERSION:
-                remedy = f"tensatlas migrate {path} --out NEW.tsmr writes a copy that is smaller and has all"
+                remedy = (
+                    f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a smaller copy that has all"
+                )
                 yield Finding("note", f"its format is older: {_WITHOUT[reader.format_version]}", remedy)
             yield from _contents(path, reader)
             yield from _versions(path, reader)
@@ -61,7 +63,7 @@ def check_run(path: Path) -> Iterator[Finding]:
 
 
 def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
-    recover = f"tensatlas recover {path} --out NEW.tsmr saves what is whole"
+    recover = f"tensatlas recover {as_typed(path)} --out NEW.tsmr saves what is whole"
     with contextlib.closing(connect(path)) as db:
         db.text_factory = lambda b: b.decode(errors="surrogateescape")  # what is no text is found out below
         try:
@@ -214,7 +216,7 @@ def _lock(path: Path) -> Iterator[Finding]:
         yield Finding(
             "note",
             f"{file.name} names a process on another machine that gives no sign of life: {holder}",
-            f"if it is dead, continue with: tensatlas resume {path}",
+            f"if it is dead, continue with: tensatlas resume {as_typed(path)}",
         )
     elif file.exists():
         since = " before this machine was restarted" if holder and not holder.is_of_this_boot else ""
@@ -222,7 +224,7 @@ def _lock(path: Path) -> Iterator[Finding]:
             "note",
             f"{file.name} is left from a process that ended without closing the run{since}:"
             f" {holder or 'it does not say its name'}",
-            f"nothing is lost; continue with: tensatlas resume {path}",
+            f"nothing is lost; continue with: tensatlas resume {as_typed(path)}",
         )
     else:
         yield Finding("ok", "no process is writing it")
@@ -232,7 +234,7 @@ def _leftovers(path: Path) -> Iterator[Finding]:
     log = path.with_name(path.name + "-wal")
     with contextlib.suppress(OSError):
         if (size := log.stat().st_size) and not lock_path(path).exists():
-            fold = f"tensatlas resume {path} folds it in"
+            fold = f"tensatlas resume {as_typed(path)} folds it in"
             if not os.access(path.parent, os.W_OK):
                 fold = f"to continue the run, {_COPY.format(path.name)} and resume it there"
             yield Finding(

@@ -126,7 +126,7 @@ def connect(path: Path) -> sqlite3.Connection:
         RunFileError: it cannot be read.
     """
     _check_file(path)
-    where = f"file:{urllib.parse.quote(str(path.absolute()))}?mode=ro"
+    where = f"file:{urllib.parse.quote(os.fsencode(path.absolute()))}?mode=ro"
     try:
         return _opened(where)
     except (sqlite3.Error, UnicodeDecodeError) as e:
@@ -175,7 +175,7 @@ def _copied(path: Path) -> sqlite3.Connection:
         copy = Path(folder) / "run"
         for suffix in ("", "-wal"):
             raw_copy(path.with_name(path.name + suffix), copy.with_name(copy.name + suffix))
-        db = _opened(f"file:{urllib.parse.quote(str(copy))}")
+        db = _opened(f"file:{urllib.parse.quote(os.fsencode(copy))}")
         try:
             db.execute("PRAGMA journal_mode=DELETE")  # the file alone is the run now
             db.execute("PRAGMA query_only=ON")

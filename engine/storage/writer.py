@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from engine.config import RunConfig, to_json
-from engine.errors import UNEXPECTED_DATA, DamagedRunFile, InvalidData, RunFileError
+from engine.errors import UNEXPECTED_DATA, DamagedRunFile, InvalidData, RunFileError, as_typed
 from engine.search.algorithm import Snapshot
 from engine.search.archive import cell_name
 from engine.simulation.evaluation import Evaluation
@@ -80,7 +80,8 @@ class RunWriter:
             if path.exists():
                 lock.release()
                 raise RunFileError(
-                    f"{path} exists; continue it with 'tensatlas resume {path}' or choose another name"
+                    f"{path} exists; continue it with 'tensatlas resume {as_typed(path)}' or choose another"
+                    " name"
                 )
             part = path.with_name(path.name + ".part")
             # what a killed process may have left beside a file that is gone: SQLite would replay it
@@ -123,6 +124,7 @@ class RunWriter:
         try:
             lock = RunLock.acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
+            writer._tables.check_numbers()
             placed = {(archive, cell): n for _, archive, cell, n in writer._tables.changes(-1)}
             writer._placed = {k: n for k, n in placed.items() if n is not None}
             return writer
@@ -273,7 +275,8 @@ class RunWriter:
         except RunFileError as e:
             return RunFileError(f"{text}, and {e}")
         return RunFileError(
-            f"{text}; what was finished is saved in {saved}: continue with 'tensatlas resume {saved}'"
+            f"{text}; what was finished is saved in {saved}:"
+            f" continue with 'tensatlas resume {as_typed(saved)}'"
         )
 
 
@@ -303,7 +306,8 @@ def unwritable(path: Path, error: Exception) -> RunFileError:
     # SQLite calls some full disks, quotas and limits an I/O error
     if full or getattr(error, "sqlite_errorname", "").startswith(("SQLITE_FULL", "SQLITE_IOERR")):
         reason += (
-            f"; what was finished is saved: make room there, then continue with 'tensatlas resume {path}'"
+            "; what was finished is saved: make room there, then continue with"
+            f" 'tensatlas resume {as_typed(path)}'"
             if path.exists()
             else "; make room there"
         )
