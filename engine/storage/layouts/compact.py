@@ -321,10 +321,10 @@ def record_of(row: Any) -> Record:
         raise InvalidData(f"{where} differs from what was written")
     try:
         return Record(
-            int(number),
-            int(generation),
+            _whole(number),
+            _whole(generation),
             body_of(morphology),
-            None if parent is None else int(parent),
+            None if parent is None else _whole(parent),
             str(operator),
             None if source is None else str(source),
             fitness,
@@ -367,6 +367,12 @@ def closed_of(row: Sequence[Any]) -> Closed:
     return Closed(
         int(n), int(n_evaluations), int(n_failed), unpacked(archives), str(finished_at), float(seconds)
     )
+
+
+def _whole(value: Any) -> int:
+    if type(value) is not int:
+        raise InvalidData(f"expected a whole number, not {value!r:.60}")
+    return value
 
 
 def body_text(body: Morphology) -> str:
