@@ -22,7 +22,7 @@ from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
 from engine.storage.layouts import tables_of
 from engine.storage.layouts.plain import to_row
-from engine.storage.layouts.tables import Change, Closed, in_chunks
+from engine.storage.layouts.tables import Change, Closed, Record, in_chunks
 from engine.storage.lock import is_being_written
 from engine.storage.rows import Ancestor, Generation, Summary
 from engine.tasks import get_task, task_version
@@ -45,7 +45,7 @@ class RunReader:
         self._mutex = threading.Lock()
         self._changes: dict[str, list[tuple[int, Cell, int | None]]] = {}
         self._changes_until = -1
-        self._bodies: list[tuple[int, Morphology]] = []
+        self._bodies: list[Record] = []
         self._bodies_until = -1
         try:
             with self.guard():
@@ -229,16 +229,23 @@ class RunReader:
             new = []
             if generation > self._bodies_until:
                 new = self._tables.records(
-                    "generation > ? AND generation <= ? AND fitness IS NOT NULL",
-                    (self._bodies_until, generation),
+                    "generation > ? AND generation <= ?", (self._bodies_until, generation)
                 )
-            if last is not None:
+            if new and last is not None:
                 # those of closed generations stay what they are
-                self._bodies += [(r.generation, r.morphology) for r in new if r.generation <= last]
-                self._bodies_until = max(self._bodies_until, min(generation, last))
-            found = Counter(body for g, body in self._bodies if g <= generation)
-            found.update(r.morphology for r in new if r.generation > self._bodies_until)
-            return dict(found)
+                known = self._bodies + [r for r in new if r.generation <= last]
+                self._check_number(len(known), min(generation, last))
+                self._bodies, self._bodies_until = known, max(self._bodies_until, min(generation, last))
+            counted = [*self._bodies, *(r for r in new if r.generation > self._bodies_until)]
+            return dict(
+                Counter(r.morphology for r in counted if r.generation <= generation and r.fitness is not None)
+            )
+
+    def _check_number(self, n: int, generation: int) -> None:
+        """Make sure that there are as many evaluations up to a generation as it says."""
+        for closed in self._tables.closed(generation - 1)[:1]:
+            if self.projection is None and n != closed.n_evaluations:
+                raise InvalidData(f"{closed.n_evaluations} evaluations were counted, {n} are there")
 
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""
@@ -282,6 +289,9 @@ class RunReader:
             line = [Ancestor.of(r) for r in reversed(records)]
         if not line or line[0].number != number:
             raise RunFileError(f"{self.path} has no evaluation {number}")
+        oldest = line[-1]
+        if self.format_version > 2 and oldest.parent is not None and oldest.parent < oldest.number:
+            raise DamagedRunFile(self.path, f"is damaged: evaluation {oldest.parent} is missing")
         return line
 
     def lacks_trajectories(self) -> bool:

@@ -124,6 +124,7 @@ class RunWriter:
         try:
             lock = RunLock.acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
+            writer._tables.check_numbers()
             placed = {(archive, cell): n for _, archive, cell, n in writer._tables.changes(-1)}
             writer._placed = {k: n for k, n in placed.items() if n is not None}
             return writer

@@ -140,6 +140,14 @@ class CompactTables:
             return True
         return bool(self._query("SELECT 1 FROM details WHERE length(trajectory) = 0 LIMIT 1"))
 
+    def check_numbers(self) -> None:
+        """Make sure that no evaluation is missing."""
+        totals = self._totals()
+        for table, n in (("evaluations", totals.n_evaluations), ("details", totals.n_details)):
+            (found,) = self._query(f"SELECT COUNT(*) FROM {table}")[0]
+            if found != n:
+                raise InvalidData(f"table {table} has {found} rows instead of {n}")
+
     def differing(self) -> Iterator[tuple[str, list[Any]]]:
         """Yield the rows that are not what was written, table by table."""
         for table, check in (("meta", self.meta), ("totals", self._totals), ("state", self.state)):

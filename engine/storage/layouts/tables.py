@@ -142,6 +142,9 @@ class Tables(Protocol):
     def lacks_trajectories(self) -> bool:
         """Tell whether any evaluation is without its trajectory."""
 
+    def check_numbers(self) -> None:
+        """Make sure that no evaluation is missing, as far as the format tells."""
+
     def differing(self) -> Iterator[tuple[str, list[Any]]]:
         """Yield a table's name and the keys of its rows that are not what was written."""
 

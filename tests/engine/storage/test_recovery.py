@@ -3,7 +3,6 @@ import dataclasses
 import random
 import shutil
 import sqlite3
-from pathlib import Path
 
 import pytest
 
@@ -17,12 +16,11 @@ from engine.storage.reader import RunReader
 from engine.storage.recovery import recover
 from engine.storage.salvage import salvage
 from engine.storage.schema import FORMAT_VERSION
+from engine.tasks import fitness
 from tests.support.made_up import MADE_UP, MadeUpEvaluator
 from tests.support.run_formats import change, in_format
 from tests.support.run_hash import hash_of
 
-OLD = Path(__file__).parents[2] / "reference" / "first_body.tsmr"
-"""A run of the first format."""
 SMALL = replaced(MADE_UP, evaluations=38, refit_generations=(0, 2))
 
 
@@ -39,6 +37,15 @@ def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "whole.tsmr"
     engine.runs.evolve.evolve(path, SMALL)
     return path
+
+
+class Measured(MadeUpEvaluator):
+    def evaluate(self, solutions):
+        for group in super().evaluate(solutions):
+            yield [
+                e if e.fitness is None else dataclasses.replace(e, fitness=fitness(e.distances))
+                for e in group
+            ]
 
 
 def problems(path):
@@ -332,13 +339,19 @@ def test_going_on_with_a_run_leaves_its_format(whole, tmp_path, version):
     assert len(origins(old)) == (38 if version == 2 else 0)
 
 
-def test_an_older_format_is_recovered_without_digests(tmp_path):
-    path, out = shutil.copy(OLD, tmp_path / "old.tsmr"), tmp_path / "new.tsmr"
-    change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 590")
-    found = recover(path, out)
-    assert found.damaged == [590]
-    assert (found.n_generations, found.n_evaluations) == (15, 599)
-    assert not problems(out)
+def test_the_first_format_is_recovered_without_digests(tmp_path):
+    whole, out = tmp_path / "whole.tsmr", tmp_path / "new.tsmr"
+    with pytest.MonkeyPatch.context() as patch:
+        # what a simulation gives: fitness follows from the distances
+        patch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: Measured())
+        engine.runs.evolve.evolve(whole, SMALL)
+        path = in_format(whole, tmp_path / "old.tsmr", 1)
+        change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 36")
+        found = recover(path, out)
+        assert found.damaged == [36]
+        assert (found.n_generations, found.n_evaluations) == (3, 37)
+        assert not problems(out)
+        assert finish(out) == hash_of(whole)
 
 
 def test_generations_that_overlapped_are_repeated_as_they_were(tmp_path):
