@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import json
 import shutil
 import sqlite3
 from pathlib import Path
@@ -14,6 +16,19 @@ from app.runs.upload import keep, safe_name
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 from tests.support.opened import files_opened
+
+
+MANY_ARCHIVES = "".join(f", '$.a{k}', json_extract(archives, '$.morphology')" for k in range(20))
+
+
+def chain(n: int) -> dict[str, object]:
+    """Return the genotype of a network of n hidden neurons in a row."""
+    path = [-1, *range(20, 20 + n), 0]
+    return {
+        "n_inputs": 2,
+        "nodes": [[k, 0.0, 1.0] for k in range(20 + n)],
+        "connections": [[a, b, 1.0, True, k] for k, (a, b) in enumerate(itertools.pairwise(path))],
+    }
 
 
 @pytest.fixture
@@ -67,6 +82,17 @@ def test_a_name_never_leaves_the_folder_nor_hides(name: str) -> None:
         (["PRAGMA user_version = 99"], "newer"),
         (["UPDATE evaluations SET controller = '[]'"], "damaged"),
         (["UPDATE placements SET cell = '190' || cell"], "outside"),
+        (["UPDATE generations SET generation = 20000 WHERE generation = 0"], "more than 20000 generations"),
+        ([f"UPDATE evaluations SET controller = '{json.dumps(chain(300))}'"], "200 connections in a row, not"),
+        ([f"UPDATE evaluations SET controller = '{json.dumps(chain(9980))}'"], "at most 2000 nodes"),
+        (
+            ["UPDATE generations SET archives = json_set(archives, '$.morphology.axes[0].n', 51)"],
+            "axis is impossible",
+        ),
+        (
+            ["UPDATE generations SET archives = json_set(archives" + MANY_ARCHIVES + ")"],
+            "at most 16 archives",
+        ),
         (["DELETE FROM placements", "DELETE FROM generations"], "no finished generation"),
         (["CREATE VIEW evil AS SELECT 1"], "view"),
         (["CREATE TABLE more (a)"], "'more'"),
