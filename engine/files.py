@@ -15,7 +15,7 @@ import struct
 import tomllib
 import zipfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -70,6 +70,25 @@ def parse_toml(text: str, *, file: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as e:
         raise InvalidData(f"{file}: not a TOML file: {e}") from None
+
+
+def toml_text(values: Mapping[str, Any]) -> str:
+    """Return values as TOML: numbers, texts and lists of them, and tables of these.
+
+    Equal values give equal text, and floats survive the trip exactly.
+    """
+    return "\n".join(_toml_lines(values, ())) + "\n"
+
+
+def _toml_lines(values: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
+    for key, value in values.items():
+        if not isinstance(value, Mapping):
+            yield f"{key} = {json.dumps(value, ensure_ascii=False, allow_nan=False)}"
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield ""
+            yield f"[{'.'.join((*path, key))}]"
+            yield from _toml_lines(value, (*path, key))
 
 
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, *UNEXPECTED_DATA)

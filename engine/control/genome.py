@@ -9,13 +9,14 @@ import random
 import sys
 from collections.abc import Collection, Iterator
 from random import Random
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 import neat
 from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 
 from engine.body.module import MAX_MODULES
+from engine.control.neat_092 import Genome092
 from engine.errors import InvalidData
 from engine.exact import cosine_and_sine, logarithm
 
@@ -96,11 +97,13 @@ class NeatRates:
     """Probability that a hidden neuron is added, in the middle of a link."""
     neuron_remove: float = 0.04
     """Probability that a hidden neuron is removed, with its links."""
+    version: Literal["2.0", "0.92"] = "2.0"
+    """NEAT-Python whose rules add links and neurons and cross controllers; 0.92 is the paper's."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.hidden <= MAX_HIDDEN:
             raise InvalidData(f"hidden must be from 0 to {MAX_HIDDEN}, not {self.hidden}")
-        for field in dataclasses.fields(self)[1:]:
+        for field in (f for f in dataclasses.fields(self) if f.type == "float"):
             least = LEAST if field.name in ("bias_rate", "bias_power", "weight_power") else 0.0
             most = MAX_POWER if field.name.endswith("power") else 1.0
             if not least <= getattr(self, field.name) <= most:
@@ -143,7 +146,10 @@ PUBLISHED_RATES: Final = NeatRates(
     neuron_add=0.2,
     neuron_remove=0.2,
 )
-"""The rates of the authors' published configuration."""
+"""The rates of the authors' published configuration; ``paper`` has NEAT-Python 0.92 as well."""
+
+
+_KINDS: Final = {"2.0": neat.DefaultGenome, "0.92": Genome092}
 
 
 def logistic(z: float) -> float:
@@ -237,12 +243,14 @@ class Neat:
         self.config = DefaultGenomeConfig(parameters)
         self.config.add_activation("logistic", logistic)
         self.config.innovation_tracker = InnovationTracker()
+        self.kind: type[neat.DefaultGenome] = _KINDS[rates.version]
+        """The library's genome, with the operators asked for."""
         self._next_node = N_OUTPUTS + rates.hidden
 
     def random(self, rng: Random) -> Controller:
         """Draw a new controller, its hidden nodes between all inputs and all outputs."""
         self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + self.config.num_hidden))
-        genome = neat.DefaultGenome(0)
+        genome = self.kind(0)
         with lend_random(rng):
             genome.configure_new(self.config)
         return from_genome(genome, self.config.num_inputs)
@@ -254,10 +262,10 @@ class Neat:
         """
         self.config.node_indexer = self._count_nodes()
         with lend_random(rng):
-            genome = to_genome(parent, self.config)
+            genome = to_genome(parent, self.config, self.kind)
             genome.mutate(self.config)
             if not _fits(genome):
-                genome = to_genome(parent, self.config)
+                genome = to_genome(parent, self.config, self.kind)
                 with self._without_growth():
                     genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
@@ -277,11 +285,12 @@ class Neat:
     def cross(self, fitter: Controller, other: Controller, rng: Random) -> Controller:
         """Return a child of two controllers.
 
-        Links of one innovation, and nodes of one key, come from either; what only one has, from the fitter.
+        Links of one innovation (in version 0.92, between the same nodes) and nodes of one key come from
+        either; what only one has, from the fitter.
         """
         parents = [to_genome(c, self.config) for c in (fitter, other)]
         parents[0].fitness, parents[1].fitness = 1.0, 0.0
-        child = neat.DefaultGenome(0)
+        child = self.kind(0)
         with lend_random(rng):
             child.configure_crossover(*parents, self.config)
         return from_genome(child, self.config.num_inputs)
@@ -308,9 +317,11 @@ class Neat:
             yield self._next_node - 1
 
 
-def to_genome(controller: Controller, config: DefaultGenomeConfig) -> neat.DefaultGenome:
-    """Return a NEAT-Python genome equal to a controller."""
-    genome = neat.DefaultGenome(0)
+def to_genome(
+    controller: Controller, config: DefaultGenomeConfig, kind: type[neat.DefaultGenome] = neat.DefaultGenome
+) -> neat.DefaultGenome:
+    """Return a NEAT-Python genome, of one of its kinds, equal to a controller."""
+    genome = kind(0)
     for n in controller.nodes:
         gene = config.node_gene_type(n.key)
         gene.bias, gene.response = n.bias, n.response

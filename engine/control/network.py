@@ -2,11 +2,47 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from engine.control.genome import N_OUTPUTS, Controller
+
+SILENT: Final = -60.0
+"""A bias that makes an output 0 to rounding: the logistic function of it is 1e-26."""
+
+
+def silenced(controller: Controller) -> Controller:
+    """Return a controller as NEAT-Python 0.92 evaluates it: what lacks an input is 0.
+
+    There a neuron is evaluated after all that it has enabled links from. One without an enabled link is never
+    evaluated, nor is any that hangs on it, and an output that is not evaluated is 0. In version 2 the neuron
+    is the logistic function of its bias.
+    """
+    outgoing: dict[int, list[int]] = {}
+    waiting: dict[int, int] = {}
+    for c in controller.connections:
+        if c.enabled:
+            outgoing.setdefault(c.source, []).append(c.target)
+            waiting[c.target] = waiting.get(c.target, 0) + 1
+    evaluated = {-1 - i for i in range(controller.n_inputs)}
+    ready = list(evaluated)
+    while ready:
+        for target in outgoing.get(ready.pop(), []):
+            waiting[target] -= 1
+            if not waiting[target]:
+                evaluated.add(target)
+                ready.append(target)
+    silent = set(range(N_OUTPUTS)) - evaluated
+    if not silent:
+        return controller
+    return Controller(
+        n_inputs=controller.n_inputs,
+        nodes=tuple(dataclasses.replace(n, bias=SILENT) if n.key in silent else n for n in controller.nodes),
+        connections=tuple(c for c in controller.connections if c.target not in silent),
+    )
 
 
 class NetworkBatch:

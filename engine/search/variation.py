@@ -57,7 +57,7 @@ class VariationConfig:
 
 
 PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES)
-"""The variation of the authors' published configuration."""
+"""The variation of the authors' published configuration, by NEAT-Python 2."""
 
 
 def rng_state(rng: random.Random) -> list[Any]:

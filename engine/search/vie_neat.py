@@ -34,7 +34,7 @@ from engine.search.descriptors import morphology_cell
 from engine.search.neat_population import NeatPopulation
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.search.variation import PUBLISHED, VariationConfig, restore_rng, rng_state
-from engine.search.viability import Candidate, Member, ViabilityPopulation
+from engine.search.viability import Candidate, Member, Merit, ViabilityPopulation
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_SIZE = 10_000
@@ -55,6 +55,8 @@ class VieNeatConfig:
     """New bodies per generation."""
     boundary_rate: float = 0.1
     """How much of its distance to the best fitness the viability boundary moves at a time."""
+    maximise: Merit = "negative"
+    """What both populations maximise: minus the fitness (negative), or 1 / fitness (inverse) as published."""
     controllers: int = 54
     """Nominal size of NEAT's population."""
     elitism: int = 3
@@ -142,6 +144,7 @@ class VieNeat(Algorithm):
             size=config.morphologies,
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
+            maximise=config.maximise,
             draw=lambda rng: random_morphology(rng, stiffness),
             mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body),
         )
@@ -152,6 +155,7 @@ class VieNeat(Algorithm):
             species_elitism=config.species_elitism,
             compatibility_threshold=config.compatibility_threshold,
             rates=variation.neat,
+            maximise=config.maximise,
             rng=self._rng,
         )
         self._archive = morphology_archive(stiffness)

@@ -23,7 +23,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, Self
 
-from engine.errors import RunFileError
+from engine.errors import RunFileError, as_typed
 from engine.files import open_file
 
 BEAT: Final = 20.0
@@ -159,7 +159,7 @@ class RunLock:
         who = f"another process writes the run now ({other})" if other else "its lock file was removed"
         raise RunFileError(
             f"{self._path}: this process has stopped writing it: {who}. What was finished is saved; make sure"
-            f" that one process at a time writes it, then 'tensatlas resume {self._path}'"
+            f" that one process at a time writes it, then 'tensatlas resume {as_typed(self._path)}'"
         )
 
     def release(self) -> None:

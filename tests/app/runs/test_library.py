@@ -1,9 +1,7 @@
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
-import sqlite3
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +10,7 @@ import pytest
 
 from app.runs import launcher
 from app.runs.library import Library, RunStatus
-from app.runs.run_names import label_paths
+from app.runs.run_names import find_run, label_paths
 from engine.analysis.robustness import load_robust
 from engine.config import RunConfig, create_algorithm
 from engine.errors import DumpError, InvalidData, RunFileError
@@ -21,6 +19,7 @@ from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.workers.evaluator import create_evaluator
 from tests.support.opened import files_opened
+from tests.support.run_formats import change
 
 
 @pytest.fixture
@@ -46,12 +45,23 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     library: Library, tmp_path: Path, small_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = Path(shutil.copy(small_run, tmp_path / "a.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
+    change(path, "UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
     broken = tmp_path / "broken.py"
     broken.write_text("TASK = (")
     monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
     assert "broken.py, line 1" in str(library.facts(path).problem)
+
+
+def test_a_name_that_is_no_text_is_shown_and_found(library: Library, tmp_path: Path, small_run: Path) -> None:
+    (tmp_path / "shown").mkdir()
+    for name in (b"a\xff.tsmr", b"a\xfe.tsmr", b"a\n.tsmr"):
+        shutil.copy(small_run, tmp_path / "shown" / os.fsdecode(name))
+    labels = label_paths(library.runs())
+    assert sorted(labels) == ["a~0a", "a~fe", "a~ff"]
+    for label, path in labels.items():
+        assert library.facts(path).problem is None
+        assert find_run(label, library.runs()) == path
+    assert os.fsencode(labels["a~ff"].name) == b"a\xff.tsmr"
 
 
 def test_a_run_file_is_opened_by_sqlite_alone(library: Library, tmp_path: Path, small_run: Path) -> None:

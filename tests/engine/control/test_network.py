@@ -1,4 +1,5 @@
 import math
+import random
 import tracemalloc
 from types import SimpleNamespace
 
@@ -17,7 +18,7 @@ from engine.control.genome import (
     NodeGene,
     to_genome,
 )
-from engine.control.network import NetworkBatch, Plan
+from engine.control.network import NetworkBatch, Plan, silenced
 from tests.support.made_up import controllers, examples, some_controller
 
 several = st.integers(0, 2).flatmap(
@@ -193,3 +194,62 @@ def test_outputs_lie_between_zero_and_one_even_for_huge_inputs(networks):
     inputs = np.full((len(networks), 1, networks[0].n_inputs), 1e12)
     out = NetworkBatch(networks).activate(inputs)
     assert ((out >= 0.0) & (out <= 1.0)).all()
+
+
+# ---- NEAT-Python 0.92
+
+
+def of_092(controller, inputs):
+    """What the network of NEAT-Python 0.92 answers to (samples, n_inputs), worked out layer by layer."""
+    links = {(c.source, c.target): c.weight for c in controller.connections if c.enabled}
+    nodes = {n.key: n for n in controller.nodes}
+    found = []
+    for row in inputs:
+        values = {-1 - i: x for i, x in enumerate(row)}
+        while True:
+            layer = [
+                k
+                for k in nodes
+                if k not in values
+                and any(b == k for _, b in links)
+                and all(a in values for a, b in links if b == k)
+            ]
+            if not layer:
+                break
+            for k in layer:
+                total = sum(values[a] * w for (a, b), w in links.items() if b == k)
+                z = max(-60.0, min(60.0, nodes[k].bias + nodes[k].response * total))
+                values[k] = 1.0 / (1.0 + math.exp(-z))
+        found.append([values.get(k, 0.0) for k in range(20)])
+    return np.array(found)
+
+
+@examples(60)
+@given(several, st.integers(0, 2**32))
+def test_silenced_networks_agree_with_neat_python_0_92(networks, seed):
+    inputs = sensed(seed, len(networks), 3, networks[0].n_inputs)
+    got = NetworkBatch([silenced(c) for c in networks]).activate(inputs)
+    for controller, x, y in zip(networks, inputs, got, strict=True):
+        np.testing.assert_allclose(y, of_092(controller, x), rtol=0, atol=1e-12)
+
+
+def test_what_lacks_an_input_is_0_with_all_that_hangs_on_it():
+    links = [
+        (-1, 20, True), (20, 0, True),  # reached
+        (21, 1, True), (20, 1, True),  # one of its neurons has no input
+        (-2, 2, False),  # its only link is disabled
+        (21, 22, True), (-1, 22, True), (22, 3, True),  # two steps behind a neuron without input
+    ]  # fmt: skip
+    net = Controller(
+        n_inputs=2,
+        nodes=tuple(NodeGene(k, 1.0) for k in range(23)),
+        connections=tuple(ConnectionGene(a, b, 1.0, on, n) for n, (a, b, on) in enumerate(links)),
+    )
+    (out,) = NetworkBatch([silenced(net)]).activate(np.zeros((1, 1, 2)))[0]
+    assert out[0] > 0.7
+    assert out[1:].max() < 1e-20
+    (out,) = NetworkBatch([net]).activate(np.zeros((1, 1, 2)))[0]
+    assert out.min() > 0.7
+    # nothing is lacking where every output has a neuron with an input
+    new = Neat(n_inputs=2).random(random.Random(1))
+    assert silenced(new) is new

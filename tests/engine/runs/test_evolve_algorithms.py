@@ -1,7 +1,5 @@
 """Runs of every algorithm but plain DM-ME, whose runs ``test_evolve.py`` has."""
 
-import sqlite3
-
 import pytest
 
 import engine.runs.evolve
@@ -12,6 +10,7 @@ from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.killed import run_until_killed
 from tests.support.made_up import MADE_UP, TINY, held, made_up_evaluation
+from tests.support.run_formats import change
 from tests.support.run_hash import hash_of
 
 CHANGES = {
@@ -119,10 +118,8 @@ def test_garbage_members_are_one_line(tmp_path, members):
 
     with pytest.raises(KeyboardInterrupt):
         engine.runs.evolve.evolve(path, CONFIGS["deep grid"], observer=interrupt)
-    db = sqlite3.connect(path)
-    with db:
-        db.execute("UPDATE state SET algorithm = json_set(algorithm, '$.members', json(?))", (members,))
-    db.close()
+    sql = "UPDATE state SET algorithm = packed(json_set(unpacked(algorithm), '$.members', json(?)))"
+    change(path, (sql, (members,)))
     with pytest.raises(RunFileError, match=r"run\.tsmr") as e:
         engine.runs.evolve.resume(path)
     assert "\n" not in str(e.value)
