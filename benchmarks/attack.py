@@ -51,7 +51,7 @@ FLOODS: Final = (100, 400)
 RATE: Final = 200
 """Clicks a second of a browser that goes on."""
 PATIENCE: Final = 10.0
-"""Seconds in which a server ends."""
+"""Seconds in which a server shows its first page, and ends."""
 GROWTH: Final = 50.0
 """MB that messages may take."""
 PAUSE: Final = 0.5
@@ -232,7 +232,7 @@ def files(run: Path, folder: Path) -> list[Row]:
         server.end()
         end = time.perf_counter() - started
     return [
-        answers("a page with pipes among the runs", [page]),
+        answers("a page with pipes among the runs", [page], PATIENCE),
         answers("the server's end by SIGTERM", [end], PATIENCE),
     ]
 

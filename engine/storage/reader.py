@@ -10,7 +10,7 @@ import threading
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json, to_json
@@ -22,10 +22,14 @@ from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
 from engine.storage.layouts import tables_of
 from engine.storage.layouts.plain import to_row
-from engine.storage.layouts.tables import Change, Closed, Record, in_chunks
+from engine.storage.layouts.tables import Change, Closed, Record, in_chunks, short
 from engine.storage.lock import is_being_written
-from engine.storage.rows import Ancestor, Generation, Summary
+from engine.storage.rows import MAX_LINE, Ancestor, Generation, Summary
 from engine.tasks import get_task, task_version
+
+MAX_FACTS: Final = 100
+MAX_FACT: Final = 2000
+"""Facts about a run that are read, and characters of each: a stranger's file may have more."""
 
 
 class RunReader:
@@ -54,7 +58,7 @@ class RunReader:
                 self.projection = None if "projection" not in meta else _strings(meta["projection"])
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
-                self.created_at = str(meta.get("created_at", ""))
+                self.created_at = short(str(meta.get("created_at", "")), "the date")
         except TensAtlasError:
             self.close()
             raise
@@ -274,7 +278,7 @@ class RunReader:
         return found
 
     def lineage(self, number: int) -> list[Ancestor]:
-        """Return a robot and its ancestors, back to a random one or as far as the file goes.
+        """Return a robot and its ancestors, back to a random one, as far as the file goes or ``MAX_LINE``.
 
         Raises:
             RunFileError: there is no evaluation of that number, or one of the line is damaged.
@@ -283,14 +287,20 @@ class RunReader:
             records = self._tables.records(
                 "number IN (WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e"
                 # a parent is older; a file that says otherwise must not cause an endless loop
-                " JOIN line ON e.number = line.n WHERE e.parent < e.number) SELECT n FROM line)",
+                f" JOIN line ON e.number = line.n WHERE e.parent < e.number LIMIT {MAX_LINE})"
+                " SELECT n FROM line)",
                 (number,),
             )
             line = [Ancestor.of(r) for r in reversed(records)]
         if not line or line[0].number != number:
             raise RunFileError(f"{self.path} has no evaluation {number}")
         oldest = line[-1]
-        if self.format_version > 2 and oldest.parent is not None and oldest.parent < oldest.number:
+        if (
+            self.format_version > 2
+            and len(line) < MAX_LINE
+            and oldest.parent is not None
+            and oldest.parent < oldest.number
+        ):
             raise DamagedRunFile(self.path, f"is damaged: evaluation {oldest.parent} is missing")
         return line
 
@@ -406,7 +416,9 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
 def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
         raise InvalidData("expected a table of names and texts")
-    return {str(k): str(v) for k, v in data.items()}
+    if len(data) > MAX_FACTS:
+        raise InvalidData(f"a table of names and texts has at most {MAX_FACTS} rows, not {len(data)}")
+    return {short(str(k), "a name"): short(str(v), f"{k}", MAX_FACT) for k, v in data.items()}
 
 
 def changed_versions(path: Path) -> list[str]:
