@@ -20,18 +20,19 @@ from typing import Annotated, Final
 import numpy as np
 import tyro
 
-from engine.analysis.verify import MotionRecorder, Samples, changed_physics, resimulate
+from engine.analysis.verify import Samples, changed_physics, resimulate
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
+from engine.control.genome import Neat
 from engine.errors import RunFileError, TensAtlasError
-from engine.simulation.batch import SimulationBatch
+from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.model import build_robot
-from engine.simulation.physics import Physics
-from engine.simulation.rollout import settle
+from engine.simulation.physics import Physics, Simulator
+from engine.simulation.rollout import Head
+from engine.simulation.trials import Trial, TrialConfig, start_trials
 from engine.storage.reader import RunReader
-from engine.tasks import get_task
+from engine.tasks import GOAL_REACHING, get_task
 
 QUARTER: Final = 0.25
 REST: Final = 0.0001
@@ -49,6 +50,8 @@ class Arguments:
     """How many of the best elites by body; 0 leaves them out."""
     seeds: Annotated[int, tyro.conf.arg(metavar="N")] = 8
     """Evaluations with each time step, at least 2."""
+    simulator: Simulator | None = None
+    """What simulates; by default what the run was made with."""
     passive: int = 10
     """Random robots to drop with their servos off; 0 leaves them out."""
     passive_time: float = 20.0
@@ -69,12 +72,13 @@ def main(arguments: Arguments) -> int:
         if last is None:
             raise RunFileError(f"{arguments.run} has no archives yet")
         held = reader.contents(ARCHIVE, last).values()
+    physics = changed_physics(config.physics, simulator=arguments.simulator)
     best = sorted(held, key=_fitness)[: arguments.elites]
     well = True
     if best:
-        well &= _elites(arguments, config, best)
+        well &= _elites(arguments, config, physics, best)
     if arguments.passive:
-        well &= _passive(arguments, config.physics)
+        well &= _passive(arguments, physics)
     print("no row falls short" if well else "a row falls short")
     return int(not well)
 
@@ -92,9 +96,8 @@ def differs(own: Samples, other: Samples) -> tuple[float, float] | None:
     return other.mean - own.mean, float(2.0 * pooled)
 
 
-def _elites(a: Arguments, config: RunConfig, best: list[Evaluation]) -> bool:
+def _elites(a: Arguments, config: RunConfig, physics: Physics, best: list[Evaluation]) -> bool:
     start = get_task(config.task).target_distance
-    physics = config.physics
     quarter = changed_physics(physics, timestep_factor=QUARTER)
     print(
         f"{len(best)} best elites of {a.run.name}, f_s in cm over {a.seeds} fresh evaluations each with time"
@@ -138,32 +141,42 @@ def _passive(a: Arguments, physics: Physics) -> bool:
     for k in range(a.passive):
         n = MIN_MODULES + k % (MAX_MODULES - MIN_MODULES + 1)
         body = Morphology(rng.randint(1, N_STIFFNESS_LEVELS), tuple(rng.randint(1, 8) for _ in range(n)))
-        robot = build_robot(body, physics)
-        recorder = MotionRecorder(robot, physics)
-        before = np.empty(0)
-
-        def watch(sim: SimulationBatch, recorder: MotionRecorder = recorder) -> None:
-            nonlocal before
-            recorder(sim)
-            if abs(sim.time - half) < physics.control_period / 2:
-                before = _centres(sim)
-
-        sim = settle([robot], physics=physics, n_threads=a.threads, duration=a.passive_time, observer=watch)
-        moved = float(np.linalg.norm(_centres(sim) - before, axis=-1).max())
-        good = moved <= REST * half and sim.failures[0] is None
+        centres, failed = _settled(body, physics, a)
+        moved = float(np.linalg.norm(centres[-1] - centres[len(centres) // 2 - 1], axis=-1).max())
+        jitter = float(np.linalg.norm(centres[-1] - centres[-2], axis=-1).max()) / physics.control_period
+        good = moved <= REST * half and not failed
         well, fastest = well and good, max(fastest, moved / half)
         print(
             f"{n:7} {body.stiffness:10.1f} {1000 * moved:10.3f} {1000 * moved / half:5.3f}"
-            f" {1000 * recorder.motion().final_speed:13.3f}  {'rests' if good else 'falls short'}",
+            f" {1000 * jitter:13.3f}  {'rests' if good else 'falls short'}",
             flush=True,
         )
     print(f"largest residual speed: {1000 * fastest:.4f} mm/s")
     return well
 
 
-def _centres(sim: SimulationBatch) -> np.ndarray:
-    """Return the (modules, 3) centres of the only simulation's modules, in m."""
-    return sim.qpos.reshape(sim.n_modules, -1, 7)[..., :3].mean(axis=1)
+def _settled(body: Morphology, physics: Physics, a: Arguments) -> tuple[np.ndarray, bool]:
+    """Drop a robot with its servos off.
+
+    Returns:
+        (updates, modules, 3) centres of its modules in m after every control update, and whether it failed.
+    """
+    spans: list[Span] = []
+    started = start_trials(
+        [body],
+        [Neat(n_inputs=GOAL_REACHING.n_inputs).random(random.Random(0))],
+        [Trial(0, 0, np.array([1.0, 0.0]), ())],
+        numbers=[0],
+        run_seed=0,
+        task=GOAL_REACHING,
+        physics=physics,
+        times=TrialConfig(settle_time=a.passive_time),
+        heads=[Head.of(body, True)],
+        n_threads=a.threads,
+        observer=spans.append,
+    )
+    qpos = Span.joined(spans).qpos
+    return qpos.reshape(len(qpos), body.n_modules, -1, 7)[..., :3].mean(axis=2), bool(started.settling[0])
 
 
 def _mean(start: float, samples: Samples) -> str:

@@ -25,6 +25,8 @@ class ServerProcess:
     def __init__(self, process: subprocess.Popen[str], address: str) -> None:
         self.address = address
         self.pid = process.pid
+        self.log: list[str] = []
+        """The lines that it has printed since."""
         self._process = process
         self._folder = Path("/proc") / str(process.pid)
 
@@ -33,6 +35,11 @@ class ServerProcess:
         """Whether it runs."""
         return self._process.poll() is None
 
+    def end(self) -> None:
+        """End it as a supervisor does, and wait until it has ended."""
+        self._process.terminate()
+        self._process.wait(60)
+
     def cpu(self) -> float:
         """Return the CPU seconds that it has used, of all its threads."""
         fields = (self._folder / "stat").read_text().rpartition(")")[2].split()
@@ -40,16 +47,23 @@ class ServerProcess:
 
     def memory(self) -> float:
         """Return its resident memory, in MB."""
+        return self._status("VmRSS")
+
+    def peak(self) -> float:
+        """Return the most resident memory that it has had, in MB."""
+        return self._status("VmHWM")
+
+    def _status(self, name: str) -> float:
         status = (self._folder / "status").read_text()
-        found = re.search(r"VmRSS:\s*(\d+) kB", status)
+        found = re.search(rf"{name}:\s*(\d+) kB", status)
         assert found is not None
         return int(found[1]) / 1024
 
 
 @contextlib.contextmanager
-def explorer(runs: Sequence[Path], folder: Path) -> Iterator[ServerProcess]:
+def explorer(runs: Sequence[Path], folder: Path, *flags: str) -> Iterator[ServerProcess]:
     """Serve runs within a ``with`` block, from a folder whose ``runs/`` is on offer as well."""
-    command = [sys.executable, "-m", "app", "explore", *map(str, runs), "--port", "0", "--no-browser"]
+    command = [sys.executable, "-m", "app", "explore", *map(str, runs), "--port", "0", "--no-browser", *flags]
     with subprocess.Popen(
         command,
         cwd=folder,
@@ -64,9 +78,10 @@ def explorer(runs: Sequence[Path], folder: Path) -> Iterator[ServerProcess]:
             for line in process.stdout:
                 lines.append(line)
                 if found := re.search(r"TensAtlas is at (http://\S+)", line):
+                    server = ServerProcess(process, found[1])
                     # a full pipe would stop the server
-                    threading.Thread(target=process.stdout.read, daemon=True).start()
-                    yield ServerProcess(process, found[1])
+                    threading.Thread(target=server.log.extend, args=(process.stdout,), daemon=True).start()
+                    yield server
                     break
             else:
                 raise RuntimeError("the explorer does not start: " + "".join(lines))

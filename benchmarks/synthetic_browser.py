@@ -68,7 +68,7 @@ class SyntheticBrowser:
         self.n_frames = 0
         """Frames of replays received so far."""
         self._socket = connect(
-            f"ws://{place.netloc}/{query}",
+            f"ws://{place.netloc}{place.path or '/'}{query}",
             origin=f"http://{place.netloc}",  # type: ignore[arg-type]
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
             compression=None,
@@ -91,7 +91,11 @@ class SyntheticBrowser:
 
     def send(self, message: Message) -> None:
         """Send a message of viser's."""
-        self._socket.send(msgspec.msgpack.encode(message))
+        self.send_bytes(msgspec.msgpack.encode(message))
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send what may be no message at all."""
+        self._socket.send(data)
 
     def mark(self) -> int:
         """Return a point in what has been received, for ``wait`` to begin at."""
@@ -126,6 +130,10 @@ class SyntheticBrowser:
     def set(self, label: str, value: object) -> None:
         """Set the value of a widget as a user's input does."""
         self.send({"type": "GuiUpdateMessage", "uuid": self.uuid(label), "updates": {"value": value}})
+
+    def arrive(self) -> None:
+        """Say that the page is there and its address asks for nothing, as a page's script does."""
+        self.set("address", f"|{next(self._nonce)}")
 
     def click(self, what: str, channel: str = "clicks") -> None:
         """Click an element of a picture, such as ``morphology:3,7``."""

@@ -1,5 +1,7 @@
 """Errors whose message is meant for the person at the keyboard: one line that says what to do."""
 
+import os
+import shlex
 from pathlib import Path
 from typing import Final
 
@@ -13,6 +15,30 @@ def one_line(text: str) -> str:
     if len(text) > MAX_LINE:
         text = f"{text[: MAX_LINE - 305]} ... {text[-300:]}"
     return text
+
+
+def printable(text: str) -> str:
+    """Return a name for people and for pages: what is no visible character, as ``~`` and hex digits.
+
+    The name of a file may be any bytes; Python holds those that are no text as surrogates.
+    """
+
+    def shown(c: str) -> str:
+        code = ord(c)
+        if 0xDC80 <= code <= 0xDCFF:
+            return f"~{code - 0xDC00:02x}"
+        return "".join(f"~{byte:02x}" for byte in c.encode(errors="surrogatepass"))
+
+    return "".join(c if c.isprintable() else shown(c) for c in text)
+
+
+def as_typed(path: Path) -> str:
+    """Return a path as one types it in a shell."""
+    text = str(path)
+    if text.isprintable():
+        return shlex.quote(text)
+    escaped = (chr(b) if 32 <= b < 127 and b not in b"\\'" else f"\\x{b:02x}" for b in os.fsencode(path))
+    return f"$'{''.join(escaped)}'"
 
 
 class TensAtlasError(Exception):
@@ -62,7 +88,7 @@ class DamagedRunFile(RunFileError):
 
     def __init__(self, path: Path, problem: str) -> None:
         super().__init__(
-            f"{path} {problem}; save what is whole with: tensatlas recover {path} --out NEW.tsmr"
+            f"{path} {problem}; save what is whole with: tensatlas recover {as_typed(path)} --out NEW.tsmr"
         )
 
 

@@ -15,7 +15,7 @@ import shutil
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ from engine import config as configuration
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
-from engine.errors import ExportError
+from engine.errors import ExportError, printable
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
 from engine.replay.replay import Replay
@@ -127,14 +127,16 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
 
     Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
-    # left out where they are as published, as robots were before there was a choice
-    sensors = {} if config.sensors == "centimetres" else {"sensors": config.sensors}
-    content = {
+    # left out where they are as robots were before there was a choice
+    choices = {"sensors": config.sensors, "unfed_outputs": config.trials.unfed_outputs}
+    former = {"sensors": "centimetres", "unfed_outputs": "bias"}
+    content: dict[str, Any] = {
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
-        "task": {"name": config.task, **task_version(config.task)} | sensors,
+        "task": {"name": config.task, **task_version(config.task)},
         "physics": dataclasses.asdict(config.physics),
     }
+    content["task"] |= {name: value for name, value in choices.items() if value != former[name]}
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
 
@@ -241,7 +243,7 @@ def _genotype(reader: RunReader, e: Evaluation) -> str:
     content = {
         "format": GENOTYPE_FORMAT,
         "version": GENOTYPE_VERSION,
-        "run_file": reader.path.name,
+        "run_file": printable(reader.path.name),
         "number": s.number,
         "morphology": s.morphology.to_json(),
         "controller": s.controller.to_json(),
@@ -273,7 +275,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
     recorded = float(e.distances[TARGET, REPEAT])
     return _template("export_readme.md").format(
         number=e.solution.number,
-        run=reader.path.name,
+        run=printable(reader.path.name),
         task=task.name,
         summary=f": {task.summary}" if task.summary else "",
         score=task.score_name,

@@ -20,7 +20,7 @@ from app.cli.compare import Compare
 from app.cli.evolve import compute_run
 from app.worker_flags import WorkerFlags, check
 from engine.config import from_json, to_json
-from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.errors import InvalidData, RunFileError, TensAtlasError, as_typed
 from engine.storage.reader import RunReader
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Campaign:
             raise RunFileError(f"{folder} cannot be made: {e.strerror or e}") from None
         waiting = [run for run in runs if not is_finished(folder / run.file, run)]
         n_finished = len(runs) - len(waiting)
-        console.print(f"{len(runs)} runs in {folder}, {n_finished} of them finished", markup=False)
+        console.print(f"{len(runs)} runs in {as_typed(folder)}, {n_finished} of them finished", markup=False)
         if self.dry_run:
             for run in runs:
                 state = "waits" if run in waiting else "is finished"

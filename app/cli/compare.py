@@ -10,7 +10,7 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from engine.errors import ExportError
+from engine.errors import ExportError, as_typed
 
 if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
@@ -74,7 +74,7 @@ class Compare:
             except ExportError as e:
                 console.print(f"tensatlas: note: {e}", markup=False)
         _print(comparison)
-        console.print(f"Wrote the report to {report}", markup=False)
+        console.print(f"Wrote the report to {as_typed(report)}", markup=False)
 
 
 def _make_folder(folder: Path) -> None:
@@ -106,7 +106,7 @@ def _test_lines(task: TaskComparison) -> list[str]:
         f"{MEASURES[t.measure].named(task.threshold)}: {t.sentence()} (p = {t.corrected_p:.4f},"
         f" A12 {t.effect.value:.2f}, {t.result.kind})"
         for t in task.tests
-        if t.significant and t.result.enough
+        if t.significant
     ]
     n = len(task.tests) - len(lines)
     if task.remark:

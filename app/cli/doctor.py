@@ -18,7 +18,7 @@ import tyro
 from rich.console import Console
 
 from engine.config import preset
-from engine.errors import TensAtlasError
+from engine.errors import TensAtlasError, printable
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
@@ -51,7 +51,7 @@ class Doctor:
         for finding in _findings(self.paths, self.port):
             n_problems += finding.verdict == "problem"
             remedy = f"; {finding.remedy}" if finding.remedy else ""
-            out.print(f"{finding.verdict:<8} {finding.text}{remedy}", markup=False)
+            out.print(printable(f"{finding.verdict:<8} {finding.text}{remedy}"), markup=False)
         if n_problems:
             out.print(f"{n_problems} problem{'s' if n_problems > 1 else ''} found", markup=False)
             return PROBLEMS
@@ -134,28 +134,20 @@ def _kernel() -> Finding:
 
 def _simulation() -> Iterator[Finding]:
     found = compare()
-    mujoco = _version("mujoco")
     if not found.same_body:
         yield Finding(
             "problem",
-            f"MuJoCo {mujoco} builds other bodies than the known simulation has",
+            f"MuJoCo {_version('mujoco')} builds other bodies than the known simulation has",
             "install TensAtlas and the versions of constraints.txt anew",
         )
-    elif found.deviation == 0.0:
-        yield Finding("ok", f"MuJoCo {mujoco} repeats a known simulation to the last bit")
-    elif found.good:
-        yield Finding(
-            "note",
-            f"MuJoCo {mujoco} repeats a known simulation within {found.deviation:.1e} m, not to the last bit"
-            f" (recorded with {found.recorded_with})",
-            "runs are identical only among machines that compute alike",
-        )
+    elif found.identical:
+        yield Finding("ok", f"the known simulation comes out to the last bit ({found.digest})")
     else:
         yield Finding(
             "problem",
-            f"MuJoCo {mujoco} is {found.deviation:.1e} m off a known simulation"
-            f" (recorded with {found.recorded_with})",
-            "do not trust its results; install the version of constraints.txt",
+            f"the known simulation is {found.deviation:.1e} m off, and has to come out to the last bit on any"
+            f" computer (Numba {_version('numba')}, LLVM by llvmlite {_version('llvmlite')})",
+            "do not compare results with those of other computers; install the versions of constraints.txt",
         )
 
 

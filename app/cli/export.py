@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import tyro
 from rich.console import Console
 
-from engine.errors import ExportError, InvalidData, TensAtlasError
+from engine.errors import ExportError, InvalidData, TensAtlasError, as_typed
 from engine.files import csv_text
 from engine.search.archive import cell_name, parse_cell
 from engine.storage.reader import RunReader
@@ -68,7 +68,9 @@ class Export:
             place = ArchivePlace(archive=self.archive or "morphology", cell=parse_cell(self.cell))
             number = reader.elite_at(place.archive, place.cell)
             write_folder(self._files(reader, number, place, materials), self.out)
-        console.print(f"Wrote robot {number} to {self.out}; start with its build_sheet.pdf", markup=False)
+        console.print(
+            f"Wrote robot {number} to {as_typed(self.out)}; start with its build_sheet.pdf", markup=False
+        )
 
     def _files(
         self, reader: RunReader, number: int, place: ArchivePlace, materials: Materials
@@ -106,7 +108,8 @@ class Export:
                 f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}"
             )
         console.print(
-            f"Wrote {len(first)} robots of {len(elites)} cells to {self.out}; {INDEX} says which is which",
+            f"Wrote {len(first)} robots of {len(elites)} cells to {as_typed(self.out)};"
+            f" {INDEX} says which is which",
             markup=False,
         )
 

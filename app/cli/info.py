@@ -13,6 +13,7 @@ from rich.console import Console
 
 from engine.analysis.profile import Profile, threshold
 from engine.config import to_json
+from engine.runs.described import describe
 from engine.simulation.provenance import differing
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
@@ -27,6 +28,8 @@ class Info:
     """Run file."""
     json: bool = False
     """Print JSON, with the hash that equal runs share."""
+    config: bool = False
+    """Print the configuration as TOML, for a run that repeats this one: evolve RUN --config FILE."""
 
     def run(self, _: Console) -> None:
         """Print to standard output, as text or as JSON.
@@ -35,6 +38,9 @@ class Info:
             RunFileError: the file cannot be read.
         """
         with RunReader(self.path) as reader:
+            if self.config:
+                print(describe(reader.config), end="")
+                return
             facts = _facts(reader)
             if self.json:
                 facts["config"] = to_json(reader.config)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import io
 import operator
 import signal
 import sys
@@ -17,7 +18,7 @@ from rich.console import Console
 from app.cli.campaign import Campaign
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
-from app.cli.evolve import CONFIG_FLAGS, DEFAULT_PRESET, Evolve, Resume
+from app.cli.evolve import CONFIG_FLAGS, Evolve, Resume
 from app.cli.explore import Explore, ReplayDump
 from app.cli.export import Export
 from app.cli.info import Info
@@ -26,8 +27,9 @@ from app.cli.reevaluate import Reevaluate
 from app.cli.repair import Migrate, Recover
 from app.cli.tables import Project, Table
 from app.cli.verify import Verify
-from engine.config import preset
+from engine.config import DEFAULT_PRESET, preset
 from engine.errors import TensAtlasError
+from engine.runs.described import read_described
 from engine.tasks import load_task
 
 USAGE_ERROR = 2
@@ -71,6 +73,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run a command; exit with 2 after an error that the user can mend, with 130 after Ctrl-C."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     console = Console(stderr=True, highlight=False, soft_wrap=True)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a locale may lack characters; a name may be no text
     # a terminal that closes or a supervisor that stops us ends as cleanly as Ctrl-C
     for sign in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(sign, _interrupt)
@@ -88,16 +93,19 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _parse(arguments: list[str]) -> Command:
-    """Parse a command line; the defaults of ``evolve`` are those of the preset it names.
+    """Parse a command line; the defaults of ``evolve`` are those of the file and the preset it names.
 
     Raises:
-        InvalidData: there is no such preset.
+        InvalidData: there is no such preset, or the file is no description of a run.
         TaskError: the task file that it names has an error.
     """
-    config = preset(_named(arguments, "--preset", DEFAULT_PRESET))
+    config, chosen = preset(DEFAULT_PRESET), DEFAULT_PRESET
     if arguments[0] == "evolve":
         arguments = _with_task_loaded(arguments)
-    evolve = Evolve(path=tyro.MISSING, preset=DEFAULT_PRESET, config=config)
+        chosen = _named(arguments, "--preset", "")
+        file = _named(arguments, "--config", "")
+        config = read_described(Path(file), chosen or None) if file else preset(chosen or DEFAULT_PRESET)
+    evolve = Evolve(path=tyro.MISSING, preset=chosen or DEFAULT_PRESET, config=config)
     kinds: list[Any] = [
         Annotated[kind, tyro.conf.subcommand(default=evolve)] if kind is Evolve else kind for kind in COMMANDS
     ]

@@ -12,7 +12,7 @@ import tyro
 from rich.console import Console
 
 from app.cli.progress import counting
-from engine.errors import ExportError, InvalidData
+from engine.errors import ExportError, InvalidData, as_typed, printable
 from engine.search.archive import parse_cell
 from engine.storage.reader import RunReader
 
@@ -64,7 +64,7 @@ class Record:
             self.out.write_bytes(content)
         except OSError as e:
             raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
-        console.print(f"Wrote robot {number} to {self.out}", markup=False)
+        console.print(f"Wrote robot {number} to {as_typed(self.out)}", markup=False)
 
     @property
     def _kind(self) -> str:
@@ -119,7 +119,7 @@ class Record:
             return recording(
                 replay,
                 self._kind,
-                run=reader.path.stem,
+                run=printable(reader.path.stem),
                 where=f"{self.archive} cell {self.cell}",
                 entered=reader.generation_of(number),
                 at=self.at,

@@ -16,6 +16,7 @@ from app.worker_flags import check_workers
 from engine.analysis.reevaluation import reevaluate
 from engine.analysis.robustness import MapRobustness, robust_path
 from engine.analysis.run_files import run_files
+from engine.errors import as_typed, printable
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -60,7 +61,7 @@ class Reevaluate:
 
     def _reevaluate(self, run: Path, console: Console) -> list[MapRobustness]:
         try:
-            with counting(console, f"evaluating {run.stem} again") as observer:
+            with counting(console, f"evaluating {printable(run.stem)} again") as observer:
                 return reevaluate(
                     run,
                     repeats=self.repeats,
@@ -77,11 +78,11 @@ class Reevaluate:
     def _print(self, run: Path, maps: list[MapRobustness], console: Console, *, several: bool) -> None:
         out = Console(highlight=False)
         if several:
-            out.print(f"\n{run}", markup=False, soft_wrap=True)
+            out.print(f"\n{printable(str(run))}", markup=False, soft_wrap=True)
         out.print(_table(maps, self.repeats))
         for m in maps:
             out.print(_sentence(m), markup=False, soft_wrap=True)
-        console.print(f"Kept in {robust_path(run)}", markup=False)
+        console.print(f"Kept in {as_typed(robust_path(run))}", markup=False)
 
 
 def _table(maps: list[MapRobustness], repeats: int) -> Table:

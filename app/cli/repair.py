@@ -8,6 +8,7 @@ from pathlib import Path
 import tyro
 from rich.console import Console
 
+from engine.errors import as_typed
 from engine.storage.migration import migrate
 from engine.storage.recovery import recover
 from engine.storage.schema import FORMAT_VERSION
@@ -34,7 +35,7 @@ class Recover:
         after = f", {found.n_after} of them after the last whole generation" if found.n_after else ""
         console.print(
             f"Saved {found.n_generations} of {found.n_recorded} closed generations and"
-            f" {found.n_evaluations} evaluations{after}, in {self.out}",
+            f" {found.n_evaluations} evaluations{after}, in {as_typed(self.out)}",
             markup=False,
         )
         for what, numbers in (("damaged", found.damaged), ("missing", found.missing)):
@@ -44,9 +45,9 @@ class Recover:
         for note in found.notes:
             console.print(f"Note: {note}", markup=False)
         console.print(
-            f"Continue with: tensatlas resume {self.out}"
+            f"Continue with: tensatlas resume {as_typed(self.out)}"
             if found.resumable
-            else f"It can be viewed, not resumed: tensatlas explore {self.out}",
+            else f"It can be viewed, not resumed: tensatlas explore {as_typed(self.out)}",
             markup=False,
         )
 
@@ -68,6 +69,7 @@ class Migrate:
         """
         before = migrate(self.path, self.out)
         console.print(
-            f"Wrote {self.out} in format {FORMAT_VERSION}; {self.path} is left in format {before}",
+            f"Wrote {as_typed(self.out)} in format {FORMAT_VERSION};"
+            f" {as_typed(self.path)} is left in format {before}",
             markup=False,
         )

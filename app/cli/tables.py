@@ -13,6 +13,7 @@ from app.cli.progress import counting
 from app.worker_flags import check_workers
 from engine.analysis.elite_table import elite_table, write_table
 from engine.analysis.projection_run import UP, project_run
+from engine.errors import as_typed
 from engine.storage.reader import RunReader
 
 
@@ -37,7 +38,7 @@ class Table:
         with RunReader(self.path) as reader:
             table = elite_table(reader, self.archive)
         write_table(table, self.out)
-        console.print(f"Wrote {len(table['index'])} elites to {self.out}", markup=False)
+        console.print(f"Wrote {len(table['index'])} elites to {as_typed(self.out)}", markup=False)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -76,5 +77,5 @@ class Project:
                 f"{report.n_clipped} robots lie outside the final bounds of the components and went to the"
                 " nearest cell."
             )
-        say.append(f"Look at it with: tensatlas explore {self.out}")
+        say.append(f"Look at it with: tensatlas explore {as_typed(self.out)}")
         console.print(" ".join(say), markup=False)

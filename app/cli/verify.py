@@ -17,6 +17,7 @@ from rich.table import Table
 from app.worker_flags import check_workers
 from engine.analysis.verify import Motion, Samples, Verification, changed_physics, verify
 from engine.config import RunConfig
+from engine.errors import printable
 from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Simulator
@@ -86,7 +87,7 @@ def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     number, body = found.recorded.solution.number, found.recorded.solution.morphology
     say = functools.partial(console.print, markup=False, soft_wrap=True)
     say(
-        f"Robot {number} of {command.path.name}, {command.archive} cell {command.cell}:"
+        f"Robot {number} of {printable(command.path.name)}, {command.archive} cell {command.cell}:"
         f" {body.n_modules} modules, stiffness {body.stiffness_text}"
     )
     own, changed = found.own, found.changed

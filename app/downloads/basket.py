@@ -13,7 +13,7 @@ import viser
 from app.downloads.robot_folder import robot_folder
 from app.gui.browser_value import BrowserValue
 from app.gui.file_maker import ProgressCallback
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 from engine.fabrication.materials import PRESETS, Materials, load_materials
 from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation
@@ -59,7 +59,7 @@ class BasketItem:
     @property
     def name(self) -> str:
         """Name of its folder."""
-        return f"{self.path.stem}_robot_{self.number}"
+        return f"{printable(self.path.stem)}_robot_{self.number}"
 
 
 def item_of(
@@ -86,7 +86,7 @@ def added(basket: Iterable[BasketItem], item: BasketItem) -> tuple[BasketItem, .
     """
     items = tuple(basket)
     if any((i.path, i.number) == (item.path, item.number) for i in items):
-        raise InvalidData(f"Robot {item.number} of {item.path.stem} is in the basket already.")
+        raise InvalidData(f"Robot {item.number} of {printable(item.path.stem)} is in the basket already.")
     if len(items) >= MOST:
         raise InvalidData(f"The basket is full: it holds {MOST} robots. Download or clear it first.")
     return (*items, item)

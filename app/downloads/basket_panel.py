@@ -11,6 +11,7 @@ import viser
 from app.downloads.basket import PAPERS, BasketItem, ExportChoice
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import ignoring_event, in_a_row, put_html
+from engine.errors import printable
 from engine.fabrication.materials import PRESETS
 from viz.runs import basket_list
 
@@ -92,7 +93,7 @@ class BasketPanel:
 
     def show_basket(self, basket: Sequence[BasketItem]) -> None:
         """List the robots in the basket."""
-        rows = [(i.path.stem, i.number, i.modules, i.f_s) for i in basket]
+        rows = [(printable(i.path.stem), i.number, i.modules, i.f_s) for i in basket]
         put_html(self._list, basket_list.render(rows, self._handler))
         self._download.visible = self._clear.visible = bool(basket)
         self._download.label = f"Download basket ({len(basket)})"

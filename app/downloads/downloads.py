@@ -26,7 +26,7 @@ from app.runs.library import Library
 from app.runs.run_names import find_run, run_name
 from app.state import Choice, Selection, ShownRun
 from engine.analysis.elite_table import csv_bytes, elite_table
-from engine.errors import InvalidData, TensAtlasError
+from engine.errors import InvalidData, TensAtlasError, printable
 from engine.files import zip_bytes
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
@@ -149,7 +149,7 @@ class Downloads:
             InvalidData: no robot is chosen.
         """
         reader, chosen = self._chosen()
-        trial, moment, run = self._choice.trial, self._player.time, reader.path.stem
+        trial, moment, run = self._choice.trial, self._player.time, printable(reader.path.stem)
         # a new one: the replay that is played may be cancelled at any time
         replay = Replay.of(reader.config, chosen.evaluation, trial)
         where = chosen.archive if chosen.cell is None else f"{chosen.archive} cell {cell_name(chosen.cell)}"
@@ -172,7 +172,7 @@ class Downloads:
     def table(self) -> None:
         """Send the elites of the shown run as CSV."""
         reader = self._reader()
-        name = f"{reader.path.stem}.csv"
+        name = f"{printable(reader.path.stem)}.csv"
         self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
 
     def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:

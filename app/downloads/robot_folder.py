@@ -13,7 +13,7 @@ import numpy as np
 
 from engine.body import module as t
 from engine.body import servo
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 from engine.export import export_files, simulate_trial
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
@@ -125,7 +125,7 @@ def place_of(reader: RunReader, number: int) -> ArchivePlace | None:
 
 def folder_name(reader: RunReader, number: int) -> str:
     """Return the default name of a robot's folder."""
-    return f"{reader.path.stem}_robot_{number}"
+    return f"{printable(reader.path.stem)}_robot_{number}"
 
 
 def materials_text(materials: Materials) -> str:

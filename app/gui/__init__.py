@@ -2,8 +2,10 @@
 
 Read in this order:
 
-- ``viser_private``: every use of viser's private parts, and the gate that checks what a browser sends.
+- ``viser_private``: every use of viser's private parts, and the gate that checks what widgets are set to.
 - ``access``: who may use the app; decided before a request is answered.
+- ``incoming``: which messages a browser may send.
+- ``web_socket``: asks both for every request and every message.
 - ``lanes``: who is served when, so that no browser keeps the others waiting.
 - ``actions``: the user's actions: one at a time, and a notice when one fails.
 - ``widgets``: small helpers: set a value once, inputs in one row.

@@ -14,6 +14,7 @@ import hmac
 import http
 import ipaddress
 import os
+import re
 import secrets
 import urllib.parse
 from collections.abc import Callable, Sequence
@@ -26,6 +27,8 @@ TOKEN_VARIABLE: Final = "TENSATLAS_TOKEN"
 MIN_TOKEN: Final = 16
 """Length of the shortest token, in characters."""
 _PORTS: Final = {"http": 80, "https": 443}
+_AUTHORITY: Final = re.compile(r"([A-Za-z0-9._-]{1,253}|\[[0-9A-Fa-f:.]{2,60}\])(?::([0-9]{1,5}))?")
+_ORIGIN: Final = re.compile(r"(https?)://([^/]*)/?", re.IGNORECASE)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -46,7 +49,7 @@ class Admission:
     """A page that was asked for with the token, to be asked for again with a cookie instead.
 
     Attributes:
-        location: where, without the token.
+        location: the query without the token; the path is the browser's, of which a proxy may hide a part.
         cookie: value of ``Set-Cookie``.
     """
 
@@ -79,6 +82,8 @@ class Access:
         hosts, found = header("Host"), header("Origin")
         if len(hosts) != 1 or len(found) > 1:
             return Refusal(http.HTTPStatus.BAD_REQUEST, "One Host and at most one Origin is expected.")
+        if _host_and_port(hosts[0], 0) is None:
+            return Refusal(http.HTTPStatus.BAD_REQUEST, "Host is to be a name or an address, and a port.")
         if self.token is None and not self._is_known(hosts[0]):
             return Refusal(
                 http.HTTPStatus.FORBIDDEN,
@@ -90,7 +95,7 @@ class Access:
         if self.token is None:
             return None
         name = f"tensatlas_{port}"
-        path, _, query = target.partition("?")
+        query = target.partition("?")[2]
         pairs = urllib.parse.parse_qsl(query, keep_blank_values=True)
         if any(key == "token" and _equal(value, self.token) for key, value in pairs):
             if is_socket:
@@ -98,7 +103,7 @@ class Access:
             rest = urllib.parse.urlencode([(k, v) for k, v in pairs if k != "token"], safe=",/")
             secure = "; Secure" if "https" in header("X-Forwarded-Proto") else ""
             return Admission(
-                "/" + path.lstrip("/") + (f"?{rest}" if rest else ""),
+                f"?{rest}",
                 f"{name}={_ticket(self.token)}; HttpOnly; SameSite=Lax; Path=/{secure}",
             )
         cookies = [part.strip() for line in header("Cookie") for part in line.split(";")]
@@ -159,23 +164,23 @@ def parse_origin(text: str) -> tuple[str, str, int]:
     Raises:
         InvalidData: it is not an origin.
     """
-    try:
-        parts = urllib.parse.urlsplit(text)
-        scheme, host = parts.scheme.lower(), parts.hostname
-        port = parts.port or _PORTS.get(scheme, 0)
-    except ValueError:
-        scheme, host, port, parts = "", None, 0, urllib.parse.urlsplit("")
-    if scheme not in _PORTS or not host or parts.username or parts.path.strip("/") or parts.query:
-        raise InvalidData(f"{text!r} is no origin; write it like https://atlas.example.org")
-    return scheme, host, port
+    found = _ORIGIN.fullmatch(text)
+    named = None if found is None else _host_and_port(found[2], _PORTS[found[1].lower()])
+    if found is None or named is None:
+        raise InvalidData(f"{text[:100]!r} is no origin; write it like https://atlas.example.org")
+    return found[1].lower(), *named
 
 
-def _host_and_port(host: str, default: int) -> tuple[str, int] | None:
-    try:
-        parts = urllib.parse.urlsplit(f"//{host}")
-        return (parts.hostname or "", parts.port or default)
-    except ValueError:
+def _host_and_port(text: str, default: int) -> tuple[str, int] | None:
+    """Return the host and the port that a Host header names, None if it is not well formed.
+
+    Nothing but a name or an address and a port may be in it: ``urlsplit`` takes ``evil@localhost`` for
+    localhost.
+    """
+    found = _AUTHORITY.fullmatch(text)
+    if found is None or int(found[2] or 0) > 65535:
         return None
+    return found[1].strip("[]").lower(), int(found[2] or default)
 
 
 def _ticket(token: str) -> str:

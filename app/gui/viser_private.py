@@ -2,8 +2,8 @@
 
 Each of them is here because nothing public does it:
 
-- ``start_server``: viser has no hook for checking who connects, so the web-socket library's own one, which
-  viser already uses for its pages, is asked first. The share tunnel can be hidden, but not be switched off.
+- ``start_server``: viser has no hook for checking who connects and what is sent, so the web-socket library's
+  own ones are set (see ``web_socket``). The share tunnel can be hidden, but not be switched off.
 - ``_Dispatcher``: viser runs what browsers set off on one pool of threads, in which one browser's clicks keep
   all others waiting.
 - ``Gate``: viser writes what a browser sends into its widgets unchecked: any attribute, any value, files of
@@ -21,26 +21,24 @@ another one does not have them.
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import http
 import math
 import threading
-from collections.abc import Callable, Hashable, Iterator, Sequence
+import time
+import weakref
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from typing import Any, Final
 
 import numpy as np
 import viser
-import websockets.asyncio.server
 from viser import _messages
 from viser._gui_handles import GuiModalHandle as ModalHandle
 from viser._gui_handles import GuiProgressBarHandle
-from websockets import Headers
-from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request, Response
 
-from app.gui.access import Access, Admission, Refusal
+from app.gui.access import Access
+from app.gui.incoming import MAX_TEXT
+from app.gui.web_socket import guarded_serving
 
 __all__ = [
     "Gate",
@@ -53,27 +51,23 @@ __all__ = [
     "uuid_of",
 ]
 
-MAX_MESSAGE: Final = 8 * 1024 * 1024
-"""Bytes of the longest message from a browser; a file comes in parts of half a megabyte."""
-MAX_TEXT: Final = 20_000
-"""Characters of the longest text in a field."""
 MAX_PARTS: Final = 4096
 """Parts of the largest file."""
-PAGE_HEADERS: Final = {
-    "X-Frame-Options": "SAMEORIGIN",
-    "Content-Security-Policy": "frame-ancestors 'self'",
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
-"""Sent with every page: another origin may neither frame the app to steal clicks nor learn its address."""
+MAX_COMING: Final = 400_000_000
+"""Bytes of all files that are on their way to a server; they are held in memory until they are there."""
+STALLED: Final = 20.0
+"""Seconds after which a file of which nothing comes makes room for others."""
 _starting = threading.Lock()
+_gates: weakref.WeakSet[Gate] = weakref.WeakSet()
 
 
 Dispatch = Callable[[int, Hashable, Callable[[], None]], None]
 """Sees to it that something is done for a client, known by its number: what kind of thing, and what."""
 
 
-def start_server(host: str, port: int, access: Access, dispatch: Dispatch) -> viser.ViserServer:
+def start_server(
+    host: str, port: int, access: Access, dispatch: Dispatch, *, uploads: bool
+) -> viser.ViserServer:
     """Start a viser server that answers only requests that the rules admit.
 
     Args:
@@ -81,8 +75,10 @@ def start_server(host: str, port: int, access: Access, dispatch: Dispatch) -> vi
         port: port to listen on.
         access: the rules.
         dispatch: called on the thread that serves all browsers with what one of them sets off; must be quick.
+        uploads: whether browsers may send files.
     """
-    with _starting, _asking_first(access):
+    ready = threading.Event()
+    with _starting, guarded_serving(access, uploads=uploads, ready=ready.is_set):
         server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
     server._thread_executor = _Dispatcher(dispatch)  # type: ignore[assignment]
     handlers = server._websock_server
@@ -96,6 +92,7 @@ def start_server(host: str, port: int, access: Access, dispatch: Dispatch) -> vi
         _messages.FileTransferPart,
     ):
         handlers.unregister_handler(kind)
+    ready.set()
     return server
 
 
@@ -116,36 +113,6 @@ class _Dispatcher:
 
     def shutdown(self, wait: bool = True) -> None:
         """Do nothing: the threads belong to others."""
-
-
-@contextlib.contextmanager
-def _asking_first(access: Access) -> Iterator[None]:
-    """Let the server that is started meanwhile ask the rules before it answers a request."""
-    serve = websockets.asyncio.server.serve
-
-    def checked(*args: Any, process_request: Callable[..., Any], **options: Any) -> Any:
-        def ask(connection: ServerConnection, request: Request) -> Any:
-            own = connection.local_address[1]
-            match access.decide(request.path, request.headers.get_all, port=own):
-                case Refusal(status, reason):
-                    return connection.respond(status, f"{reason}\n")
-                case Admission(location, cookie):
-                    headers = Headers({"Location": location, "Set-Cookie": cookie, "Content-Length": "0"})
-                    headers.update(PAGE_HEADERS | {"Cache-Control": "no-store"})
-                    return Response(http.HTTPStatus.SEE_OTHER, "See Other", headers, b"")
-            answer = process_request(connection, request)
-            if answer is not None:
-                answer.headers.update(PAGE_HEADERS)
-            return answer
-
-        return serve(*args, process_request=ask, **options | {"max_size": MAX_MESSAGE})
-
-    # viser looks it up when its thread starts
-    websockets.asyncio.server.serve = checked  # type: ignore[assignment,misc]
-    try:
-        yield
-    finally:
-        websockets.asyncio.server.serve = serve  # type: ignore[misc]
 
 
 def uuid_of(widget: Any) -> str:
@@ -195,6 +162,9 @@ class Gate:
 
     def __init__(self, client: viser.ClientHandle) -> None:
         self._gui = gui = client.gui
+        _gates.add(self)
+        self._heard = 0.0
+        """When a part of a file came last."""
         self._open: dict[str, tuple[int, Callable[[str], None]]] = {}
         handlers = gui._websock_interface
         replaced: tuple[tuple[Any, Any, Any], ...] = (
@@ -239,21 +209,38 @@ class Gate:
             return
         limit, refused = opened
         if not 0 < message.size_bytes <= limit:
-            # the browser waits for an end that it will not reach, with its button disabled
-            self._gui._websock_interface.queue_message(
-                _messages.FileTransferPartAck(
-                    source_component_uuid=message.source_component_uuid,
-                    transfer_uuid=message.transfer_uuid,
-                    transferred_bytes=message.size_bytes,
-                    total_bytes=message.size_bytes,
-                )
-            )
+            self._refuse(message)
             refused(f"it has {message.size_bytes / 1e6:.1f} MB; from 0 to {limit / 1e6:.1f} MB are taken")
             return
         if not 0 < message.part_count <= MAX_PARTS:
             return
         self._gui._current_file_upload_states.clear()  # one at a time: the last one
+        if sum(gate._coming() for gate in _gates) + message.size_bytes > MAX_COMING:
+            self._refuse(message)
+            refused("others send large files at this moment; try again in a minute")
+            return
+        self._heard = time.monotonic()
         self._gui._handle_file_transfer_start(client_id, message)
+
+    def _refuse(self, message: _messages.FileTransferStartUpload) -> None:
+        """Tell a browser that it has sent all: it waits for that, with its button disabled."""
+        self._gui._websock_interface.queue_message(
+            _messages.FileTransferPartAck(
+                source_component_uuid=message.source_component_uuid,
+                transfer_uuid=message.transfer_uuid,
+                transferred_bytes=message.size_bytes,
+                total_bytes=message.size_bytes,
+            )
+        )
+
+    def _coming(self) -> int:
+        """Return the bytes of the file that is on its way; viser forgets it when the browser leaves.
+
+        One of which nothing has come for a while is given up: others need the room.
+        """
+        if time.monotonic() - self._heard > STALLED:
+            self._gui._current_file_upload_states.clear()
+        return sum(int(s["total_bytes"]) for s in self._gui._current_file_upload_states.values())
 
     def _part(self, client_id: Any, message: _messages.FileTransferPart) -> None:
         uploads = self._gui._current_file_upload_states
@@ -263,6 +250,7 @@ class Gate:
         if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             del uploads[message.transfer_uuid]
             return
+        self._heard = time.monotonic()
         self._gui._handle_file_transfer_part(client_id, message)
 
 

@@ -15,7 +15,7 @@ from app.gui.widgets import ignoring_event, put_html
 from app.runs.comparison_window import ComparisonWindow
 from app.runs.run_names import label_paths
 from engine.analysis.comparison import Comparison, compare_runs
-from engine.errors import Cancelled, InvalidData
+from engine.errors import Cancelled, InvalidData, printable
 from viz.report.report import render_page, report_sections
 from viz.report.style import DARK
 from viz.runs.run_list import RunFacts, render_choices
@@ -132,7 +132,7 @@ class ComparePanel:
     def _reading(self, path: Path, n: int, total: int) -> None:
         if self._actions.closed:
             raise Cancelled
-        self._tell(f"Reading {n + 1} of {total}: {path.stem} …")
+        self._tell(f"Reading {n + 1} of {total}: {printable(path.stem)} …")
 
     def _show(self) -> None:
         if self._comparison is not None:

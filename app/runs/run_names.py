@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from engine.errors import printable
+
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
     """Return short, distinct labels for run files: with as many folders of the path as needed."""
     labels: dict[str, Path] = {}
     for path in paths:
-        parts = path.with_suffix("").parts
+        parts = _parts(path)
         label = next(
             ("/".join(parts[-n:]) for n in range(1, len(parts)) if _n_ending(paths, parts[-n:]) == 1),
-            str(path),
+            printable(str(path)),
         )
         labels[label] = path
     return labels
@@ -32,8 +34,12 @@ def find_run(name: str, paths: Sequence[Path]) -> Path | None:
     # when the name was written, there may have been fewer or more runs that end in it
     end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
     ways = [end[-n:] for n in range(len(end), 0, -1)]
-    return next((p for way in ways for p in paths if p.with_suffix("").parts[-len(way) :] == way), None)
+    return next((p for way in ways for p in paths if _parts(p)[-len(way) :] == way), None)
+
+
+def _parts(path: Path) -> tuple[str, ...]:
+    return tuple(map(printable, path.with_suffix("").parts))
 
 
 def _n_ending(paths: Sequence[Path], end: tuple[str, ...]) -> int:
-    return sum(p.with_suffix("").parts[-len(end) :] == end for p in paths)
+    return sum(_parts(p)[-len(end) :] == end for p in paths)

@@ -18,7 +18,7 @@ from app.gui.widgets import put, put_html
 from app.runs import launcher
 from app.runs.run_form import RunForm
 from app.state import ShownRun
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.storage.rows import Generation
 from engine.storage.schema import failures_folder
@@ -145,19 +145,20 @@ class RunPanel:
             self._form.start.disabled = False
         with self._actions.mutex:
             self._show(path)
-        self._actions.notify("Started", f"{path.name} evolves in a separate process.")
+        self._actions.notify("Started", f"{printable(path.name)} evolves in a separate process.")
 
     def pause_run(self) -> None:
         """Pause the shown run."""
         path = self._path()
         launcher.pause(path)
-        self._actions.notify("Pausing", f"{path.name} saves what is finished. Resume continues there.")
+        name = printable(path.name)
+        self._actions.notify("Pausing", f"{name} saves what is finished. Resume continues there.")
 
     def stop_run(self) -> None:
         """Stop the shown run."""
         path = self._path()
         launcher.stop(path)
-        self._actions.notify("Stopping", f"{path.name} saves what is finished and stops.")
+        self._actions.notify("Stopping", f"{printable(path.name)} saves what is finished and stops.")
 
     def resume_run(self) -> None:
         """Resume the shown run."""
@@ -184,7 +185,7 @@ class RunPanel:
         folder = failures_folder(path)
         found = sorted(folder.glob(f"*{DUMP_SUFFIX}"))[:MAX_DUMPS] if folder.is_dir() else []
         self._dumps = found
-        names = [p.stem for p in found]
+        names = [printable(p.stem) for p in found]
         put_html(self._failed, run_progress.render_failures(names, self._handler) if names else "")
 
     def _dump_clicked(self, name: str, index: tuple[int, ...]) -> None:

@@ -23,6 +23,7 @@ from app.gui.access import TOKEN_VARIABLE, Access, access_to, is_loopback
 from app.gui.lanes import Lanes, Service
 from app.gui.viser_private import Gate, start_server
 from app.runs.library import Library
+from app.server.log import limit_log
 from app.session.dump_session import DumpSession
 from app.session.session import Session
 from engine.errors import TensAtlasError
@@ -85,6 +86,7 @@ def explore(places: Sequence[Path], listening: Listening, *, read_only: bool = F
         if not place.is_dir():
             RunReader(place).close()
     access = listening.access
+    limit_log()
     # Numba takes half a second to import; a failure dump is shown without
     from app.server.warm_up import WarmUp
 
@@ -113,6 +115,7 @@ def replay_dump(path: Path, listening: Listening) -> None:
     """
     dump = read_dump(path)
     access = listening.access
+    limit_log()
     with serve_sessions(
         lambda client, _gate, lanes: DumpSession(client, dump, lanes.simulating),
         host=listening.host,
@@ -186,6 +189,7 @@ def serve(
             host=host,
             port=port,
             access=access,
+            uploads=not read_only,
         ) as server:
             yield server
     finally:
@@ -269,7 +273,7 @@ class Browsers:
 
 @contextlib.contextmanager
 def serve_sessions(
-    start: Start, *, host: str, port: int, access: Access | None = None
+    start: Start, *, host: str, port: int, access: Access | None = None, uploads: bool = False
 ) -> Iterator[viser.ViserServer]:
     """Run a server within a ``with`` block, with a separate session for every browser.
 
@@ -278,6 +282,7 @@ def serve_sessions(
         host: address to listen on.
         port: port to listen on.
         access: who may use it; None for this machine.
+        uploads: whether browsers may send files.
 
     Raises:
         ServerError: the address cannot be listened on.
@@ -286,7 +291,7 @@ def serve_sessions(
     # a browser may go while a frame is on its way to it
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     browsers = Browsers(start)
-    server = start_server(host, port, access or Access(), browsers.dispatch)
+    server = start_server(host, port, access or Access(), browsers.dispatch, uploads=uploads)
     server.gui.configure_theme(
         dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import threading
 from pathlib import Path
 from typing import Final, Protocol
@@ -62,7 +61,7 @@ class Navigation:
     ) -> None:
         self._run, self._choice, self._library, self._board = run, choice, library, board
         self._gui, self._actions = client.gui, actions
-        self._arrived = False
+        self._arrived = self._going = False
         self._bar: AddressBar | None = None
         self._impatience: threading.Timer | None = None
 
@@ -75,10 +74,14 @@ class Navigation:
         """
 
         def arrive(address: Address) -> None:
-            self._actions.put("arrive", functools.partial(self._arrive, traveller, robot, address))
+            self._actions.put("arrive", lambda: self._arrive(traveller, robot, address))
+
+        def begin_anyway() -> None:
+            if not self._arrived:
+                self._arrive(traveller, robot, Address())
 
         # a program that is no browser never says what it wants to see
-        self._impatience = threading.Timer(PATIENCE, arrive, [Address()])
+        self._impatience = threading.Timer(PATIENCE, self._actions.put, ["begin anyway", begin_anyway])
         self._impatience.daemon = True
         self._bar = AddressBar(self._gui, arrive)
         self._impatience.start()
@@ -89,9 +92,12 @@ class Navigation:
             self._impatience.cancel()
 
     def update(self) -> None:
-        """Bring the address up to date."""
+        """Bring the address up to date; on the way to what it asks for, leave it as it is.
+
+        A page that is loaded again in the meantime then asks for the same.
+        """
         run, chosen = self._run, self._choice.selection
-        if run.path is None or self._bar is None:
+        if run.path is None or self._bar is None or self._going:
             return
         self._bar.show(
             Address(
@@ -110,6 +116,14 @@ class Navigation:
         Raises:
             TensAtlasError: the run cannot be shown, or there is nothing where the address points.
         """
+        self._going = True
+        try:
+            self._go(traveller, robot, address)
+        finally:
+            self._going = False
+            self.update()
+
+    def _go(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:
         fresh, self._arrived = not self._arrived, True
         self.close()
         path = None if address.run is None else find_run(address.run, self._library.runs())

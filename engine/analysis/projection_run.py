@@ -17,7 +17,7 @@ from engine.analysis.elite_maps import (
     double_elites,
     lift,
 )
-from engine.errors import RunFileError
+from engine.errors import RunFileError, printable
 from engine.runs.evolve import check_physics
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis, body_axes, trajectory_axes
@@ -194,7 +194,7 @@ def resimulate_missing(
 @contextlib.contextmanager
 def _new_run(reader: RunReader, out: Path, kind: str) -> Iterator[RunWriter]:
     """Write a new run file, and delete it if anything fails: half a projection is useless."""
-    meta = {"kind": kind, "source": reader.path.name, "created_at": reader.created_at}
+    meta = {"kind": kind, "source": printable(reader.path.name), "created_at": reader.created_at}
     # if this fails, whatever lies there is not ours
     writer = RunWriter.create(out, reader.config, reader.versions, meta)
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 from engine.storage.schema import SUFFIX
 
 
@@ -23,5 +23,5 @@ def run_files(places: Sequence[Path]) -> tuple[list[Path], list[str]]:
             raise InvalidData(f"the folder {place} has no run files (*{SUFFIX})")
         for file in files:
             if found.setdefault(file.resolve(), file) is not file:
-                notes.append(f"{file} is named more than once; it counts once.")
+                notes.append(f"{printable(str(file))} is named more than once; it counts once.")
     return list(found.values()), notes

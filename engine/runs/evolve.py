@@ -112,8 +112,10 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     algorithm = create_algorithm(reader.config)
     last = reader.last_closed()
     state = reader.algorithm_state()
-    if last is None or state is None:
+    if last is None:
         return algorithm, 0.0
+    if state is None:
+        raise RunFileError(f"{reader.path} has lost its state and cannot be resumed; it can be viewed")
     contents = {name: reader.contents(name, last.number) for name in algorithm.archives}
     with reader.guard():
         algorithm.restore(state, contents, reader.evaluations)

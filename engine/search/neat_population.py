@@ -3,7 +3,7 @@
 Population, reproduction with crossover, species and stagnation are the library's classes, and one
 generation here is one pass of its ``Population.run``. What this module adds:
 
-- NEAT maximises, so it is told the negated fitness.
+- NEAT maximises, so it is told the negated fitness, or 1 / fitness.
 - NEAT-Python draws from Python's global ``random``; it is lent the caller's generator, as in ``Neat``.
 - The library's own checkpoints are pickles, which a run file never holds. The state here is JSON: genomes,
   species with their histories, and every counter. It leaves out what the library works out anew before
@@ -44,6 +44,7 @@ from engine.control.genome import (
     to_genome,
 )
 from engine.errors import InvalidData
+from engine.search.viability import Merit, fitness_of_merit, merit
 
 MAX_STAGNATION: Final = 15
 """Generations without improvement after which a species may die out; the library's default."""
@@ -104,6 +105,7 @@ class NeatPopulation:
         species_elitism: how many of the best species never die out.
         compatibility_threshold: genomes farther apart than this are of different species.
         rates: how the controllers begin and mutate.
+        maximise: what is told to NEAT.
         rng: draws the first controllers.
     """
 
@@ -116,13 +118,17 @@ class NeatPopulation:
         species_elitism: int = 2,
         compatibility_threshold: float = 2.85,
         rates: NeatRates = PUBLISHED_RATES,
+        maximise: Merit = "negative",
         rng: Random,
     ) -> None:
-        self._genome_config = Neat(n_inputs=n_inputs, rates=rates).config
+        self._maximise: Merit = maximise
+        operators = Neat(n_inputs=n_inputs, rates=rates)
+        self._genome_config = operators.config
         self._genome_config.node_indexer = _Counter(N_OUTPUTS)
         self._config = _Config(
             pop_size=size,
             genome_config=self._genome_config,
+            genome_type=operators.kind,
             reproduction_config=FloatingSizeReproduction.parse_config(
                 {
                     "elitism": elitism,
@@ -166,7 +172,7 @@ class NeatPopulation:
     def fitnesses(self) -> dict[int, float]:
         """By key the fitness, to be minimised, of the controllers that have one."""
         genomes = self._population.population.items()
-        return {k: -g.fitness for k, g in genomes if g.fitness is not None}
+        return {k: fitness_of_merit(g.fitness, self._maximise) for k, g in genomes if g.fitness is not None}
 
     @property
     def species(self) -> dict[int, list[int]]:
@@ -185,15 +191,17 @@ class NeatPopulation:
         """
         if not fitnesses:
             return
-        worst = max({**self.fitnesses, **fitnesses}.values())
+        told = {k: merit(f, self._maximise) for k, f in fitnesses.items()}
+        kept = {k: g.fitness for k, g in self._population.population.items() if g.fitness is not None}
+        worst = min((kept | told).values())
         unknown: list[int] = []
 
         def tell(genomes: list[tuple[int, neat.DefaultGenome]], _: Any) -> None:
             for key, genome in genomes:
-                if key in fitnesses:
-                    genome.fitness = -fitnesses[key]
+                if key in told:
+                    genome.fitness = told[key]
                 elif genome.fitness is None:
-                    genome.fitness = -worst
+                    genome.fitness = worst
                     unknown.append(key)
 
         with lend_random(rng):
@@ -241,7 +249,9 @@ class NeatPopulation:
         """Go back to what ``state`` returned."""
         genomes: dict[int, neat.DefaultGenome] = {}
         for key, fitness, controller in state["genomes"]:
-            genome = to_genome(Controller.from_json(controller), self._genome_config)
+            genome = to_genome(
+                Controller.from_json(controller), self._genome_config, self._config.genome_type
+            )
             genome.key, genome.fitness = key, fitness
             genomes[key] = genome
         species = neat.DefaultSpeciesSet(self._config.species_set_config, None)

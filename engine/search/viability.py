@@ -25,12 +25,35 @@ import dataclasses
 import random
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from engine.body.morphology import Morphology, mutate_morphology, random_morphology
 
 TIE: Final = 1e-10
 """A distance of fitnesses in m that counts as none, that of the published configuration."""
+NEAREST: Final = 0.01
+"""Below this fitness in m, 1 / fitness goes on as a straight line: a bonus may make a fitness negative."""
+
+Merit = Literal["negative", "inverse"]
+"""What a population maximises: minus the fitness, or 1 / fitness as published."""
+
+
+def merit(fitness: float, kind: Merit) -> float:
+    """Return what a population maximises, of a fitness in m that is to be minimised."""
+    if kind == "negative":
+        return -fitness
+    if fitness >= NEAREST:
+        return 1.0 / fitness
+    return 1.0 / NEAREST + (NEAREST - fitness) / NEAREST**2
+
+
+def fitness_of_merit(value: float, kind: Merit) -> float:
+    """Return the fitness in m that has a merit, but for rounding."""
+    if kind == "negative":
+        return -value
+    if value <= 1.0 / NEAREST:
+        return 1.0 / value
+    return NEAREST - (value - 1.0 / NEAREST) * NEAREST**2
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -72,6 +95,7 @@ class ViabilityPopulation:
         size: number of founders.
         n_mutants: mutants per generation.
         boundary_rate: how much of its distance to the best the boundary moves at a time, in (0, 1].
+        maximise: the scale of that distance.
         draw: draws a founder.
         mutate: returns a mutated copy, which may equal its parent.
     """
@@ -82,12 +106,14 @@ class ViabilityPopulation:
         size: int = 48,
         n_mutants: int = 48,
         boundary_rate: float = 0.1,
+        maximise: Merit = "negative",
         draw: Callable[[random.Random], Morphology] = random_morphology,
         mutate: Callable[[Morphology, random.Random], Morphology] = mutate_morphology,
     ) -> None:
         self._size = size
         self._n_mutants = n_mutants
         self._boundary_rate = boundary_rate
+        self._maximise: Merit = maximise
         self._draw = draw
         self._mutate = mutate
         self._members: list[Member] = []
@@ -141,7 +167,7 @@ class ViabilityPopulation:
                 self._members = sorted(self._members[: self._size], key=lambda m: m.number)
                 return
             # rounding must not move it past the best body, which would leave
-            self._boundary = max(best, self._boundary + self._boundary_rate * (best - self._boundary))
+            self._boundary = max(best, self._moved(self._boundary, best))
             self._remove_unviable()
 
     def state(self) -> dict[str, Any]:
@@ -166,6 +192,11 @@ class ViabilityPopulation:
         while morphology == parent.morphology:
             morphology = self._mutate(parent.morphology, rng)
         return Candidate(morphology, parent.family, parent.number)
+
+    def _moved(self, boundary: float, best: float) -> float:
+        """Return the boundary a part of its way nearer to the best."""
+        now, aim = (merit(f, self._maximise) for f in (boundary, best))
+        return fitness_of_merit(now + self._boundary_rate * (aim - now), self._maximise)
 
     def _remove_unviable(self) -> None:
         assert self._boundary is not None

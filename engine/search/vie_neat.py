@@ -34,7 +34,7 @@ from engine.search.descriptors import morphology_cell
 from engine.search.neat_population import NeatPopulation
 from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.search.variation import PUBLISHED, VariationConfig, restore_rng, rng_state
-from engine.search.viability import Candidate, Member, ViabilityPopulation
+from engine.search.viability import Candidate, Member, Merit, ViabilityPopulation
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_SIZE = 10_000
@@ -55,6 +55,8 @@ class VieNeatConfig:
     """New bodies per generation."""
     boundary_rate: float = 0.1
     """How much of its distance to the best fitness the viability boundary moves at a time."""
+    maximise: Merit = "negative"
+    """What both populations maximise: minus the fitness (negative), or 1 / fitness (inverse) as published."""
     controllers: int = 54
     """Nominal size of NEAT's population."""
     elitism: int = 3
@@ -116,6 +118,7 @@ class VieNeat(Algorithm):
         n_inputs: how many numbers the controllers sense.
         config: sizes and rates of the two populations.
         stiffness: whether a body's modules share one stiffness.
+        rhythms: whether its modules have rhythms.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
         variation: the rates of bodies and controllers; the weights of its operators do not count.
@@ -132,6 +135,7 @@ class VieNeat(Algorithm):
         budget: int,
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
+        rhythms: bool = False,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
@@ -142,7 +146,8 @@ class VieNeat(Algorithm):
             size=config.morphologies,
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
-            draw=lambda rng: random_morphology(rng, stiffness),
+            maximise=config.maximise,
+            draw=lambda rng: random_morphology(rng, stiffness, rhythms=rhythms),
             mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body),
         )
         self._controllers = NeatPopulation(
@@ -152,6 +157,7 @@ class VieNeat(Algorithm):
             species_elitism=config.species_elitism,
             compatibility_threshold=config.compatibility_threshold,
             rates=variation.neat,
+            maximise=config.maximise,
             rng=self._rng,
         )
         self._archive = morphology_archive(stiffness)

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import hashlib
 import importlib.metadata
+import json
 import platform
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +19,8 @@ from engine.simulation.model import build_spec
 from engine.simulation.physics import Physics, Simulator
 from engine.tasks import task_version
 
-_KERNEL: Final = Path(__file__).parent / "kernel"
+KNOWN_SIMULATION: Final = Path(__file__).parents[1] / "data" / "known_simulation.json"
+"""Recorded by ``engine.simulation.self_check``."""
 _CPUINFO: Final = Path("/proc/cpuinfo")
 _SIMD: Final = ("avx512f", "avx2", "fma", "avx", "sse4_2", "sve", "asimd")
 """Instruction sets that numerical libraries choose their code by, the widest first."""
@@ -135,11 +137,11 @@ def body_fingerprint() -> str:
 
 @functools.cache
 def kernel_fingerprint() -> str:
-    """Return a hash of the kernel's sources: a change there may change its results."""
-    found = hashlib.sha256()
-    for path in sorted(_KERNEL.rglob("*.py")):
-        found.update(path.relative_to(_KERNEL).as_posix().encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()[:12]
+    """Return the digest of the kernel's known simulations, see ``engine.simulation.self_check``.
+
+    It changes with the bits that the kernel computes, and with nothing else.
+    """
+    return str(json.loads(KNOWN_SIMULATION.read_text(encoding="utf-8"))["digest"])
 
 
 def versions(task: str = "", simulator: Simulator = "kernel") -> dict[str, str]:
@@ -147,7 +149,7 @@ def versions(task: str = "", simulator: Simulator = "kernel") -> dict[str, str]:
 
     Args:
         task: name of the run's task; if it comes from a user's file, the file's hash is included.
-        simulator: the run's; the kernel's sources and compiler count only where they compute.
+        simulator: the run's; the kernel's bits and its compiler count only where it computes.
     """
     packages = ["tensatlas", "mujoco", "neat-python", "numpy", "scikit-learn"]
     if simulator == "kernel":

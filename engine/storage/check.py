@@ -11,17 +11,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from engine.errors import TensAtlasError, one_line
+from engine.errors import TensAtlasError, as_typed, one_line
 from engine.storage.database import connect
 from engine.storage.lock import holder_of, lock_path
 from engine.storage.reader import RunReader, changed_versions
-from engine.storage.rows import digest
-from engine.storage.salvage import salvage
+from engine.storage.salvaged_tables import SalvagedTables
 from engine.storage.schema import FORMAT_VERSION
 
 Verdict = Literal["ok", "note", "problem"]
 _SHOWN: Final = 5
-_CHUNK: Final = 200
+_WITHOUT: Final = {1: "its rows have no digests", 2: "only its evaluations have digests"}
+"""What runs of older formats lack."""
 _COPY: Final = "copy {0} and {0}-wal to a folder that can be written to"
 
 
@@ -46,10 +46,12 @@ def check_run(path: Path) -> Iterator[Finding]:
         with RunReader(path) as reader:
             config = reader.config
             what = f"{config.algorithm} on {config.task}, seed {config.seed}, format {reader.format_version}"
-            yield Finding("ok", f"{path} is a run file: {what}")
+            yield Finding("ok", f"{as_typed(path)} is a run file: {what}")
             if reader.format_version < FORMAT_VERSION:
-                remedy = f"tensatlas migrate {path} --out NEW.tsmr writes a copy that has them"
-                yield Finding("note", "its format is older: evaluations have no digests", remedy)
+                remedy = (
+                    f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a smaller copy that has all"
+                )
+                yield Finding("note", f"its format is older: {_WITHOUT[reader.format_version]}", remedy)
             yield from _contents(path, reader)
             yield from _versions(path, reader)
             yield from _space(path, reader)
@@ -61,7 +63,7 @@ def check_run(path: Path) -> Iterator[Finding]:
 
 
 def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
-    recover = f"tensatlas recover {path} --out NEW.tsmr saves what is whole"
+    recover = f"tensatlas recover {as_typed(path)} --out NEW.tsmr saves what is whole"
     with contextlib.closing(connect(path)) as db:
         db.text_factory = lambda b: b.decode(errors="surrogateescape")  # what is no text is found out below
         try:
@@ -73,8 +75,14 @@ def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
             yield Finding("problem", f"SQLite finds damage: {lines}", recover)
             return
         yield Finding("ok", "SQLite finds no damage")
+        differing = reader.differing()
+        for table, keys in differing:
+            text = f"{len(keys)} {_of(table)} differ from what was written: {_some(keys)}"
+            yield Finding("problem", text, recover)
+        if differing and reader.format_version > 2:
+            return
         yield from _counts(db, reader, recover)
-        yield from _evaluations(db, reader, recover)
+        yield from _evaluations(reader, not differing)
     last = reader.last_closed()
     if last is not None:
         n = sum(map(len, reader.elites(last).values()))
@@ -111,13 +119,12 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         "states to resume from are not of the last generation": (
             "SELECT generation FROM state WHERE generation <> ?1"
         ),
-        "digests belong to evaluations that do not exist": (
+    }
+    if reader.format_version == 2:
+        queries["digests belong to evaluations that do not exist"] = (
             "SELECT number FROM digests WHERE number NOT IN (SELECT number FROM evaluations)"
             " AND ?1 IS NOT NULL"
-            if reader.format_version > 1
-            else "SELECT 1 WHERE ?1 IS NULL"
-        ),
-    }
+        )
     clean = True
     for what, sql in queries.items():
         found = [r[0] for r in db.execute(sql, (last,)).fetchall()]
@@ -138,25 +145,11 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         yield Finding("ok", "nothing is orphaned or missing")
 
 
-def _evaluations(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator[Finding]:
-    numbers = [r[0] for r in db.execute("SELECT number FROM evaluations ORDER BY number")]
-    changed: list[int] = []
-    for i in range(0, len(numbers), _CHUNK):
-        part = numbers[i : i + _CHUNK]
-        if reader.format_version > 1:
-            marks = ",".join("?" * len(part))
-            known: dict[int, Any] = dict(
-                map(tuple, db.execute(f"SELECT number, digest FROM digests WHERE number IN ({marks})", part))
-            )
-            rows = db.execute(f"SELECT * FROM evaluations WHERE number IN ({marks})", part)
-            changed += [r["number"] for r in rows if known.get(r["number"]) != digest(tuple(r))]
-        reader.evaluations(set(part))
-    if changed:
-        text = f"{len(changed)} evaluations differ from what was written: {_some(changed)}"
-        yield Finding("problem", text, recover)
-    elif numbers:
-        as_written = " and are as they were written" if reader.format_version > 1 else ""
-        yield Finding("ok", f"all {len(numbers)} evaluations can be read{as_written}")
+def _evaluations(reader: RunReader, as_written: bool) -> Iterator[Finding]:
+    n = sum(1 for _ in reader.each_evaluation())
+    if n and as_written:
+        known = " and are as they were written" if reader.format_version > 1 else ""
+        yield Finding("ok", f"all {n} evaluations can be read{known}")
     if reader.lacks_trajectories():
         yield Finding("note", "robots without a trajectory", "such a run can be viewed, not resumed")
 
@@ -191,15 +184,14 @@ def _space(path: Path, reader: RunReader) -> Iterator[Finding]:
 
 def _what_is_left(path: Path) -> Iterator[Finding]:
     try:
-        found = salvage(path)
+        tables = SalvagedTables(path)
     except TensAtlasError:
         return
-    evaluations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 12}
-    generations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 6}
+    found = tables.pages
     yield Finding(
         "note",
         f"of its pages {found.n_pages} are there and {found.n_missing} missing, {found.n_broken} entries"
-        f" cannot be read, {len(evaluations)} evaluations and {len(generations)} generations are visible",
+        f" cannot be read; {tables.n_visible} evaluations, {len(tables.generations)} generations are visible",
         "recover saves what is whole of them",
     )
 
@@ -224,7 +216,7 @@ def _lock(path: Path) -> Iterator[Finding]:
         yield Finding(
             "note",
             f"{file.name} names a process on another machine that gives no sign of life: {holder}",
-            f"if it is dead, continue with: tensatlas resume {path}",
+            f"if it is dead, continue with: tensatlas resume {as_typed(path)}",
         )
     elif file.exists():
         since = " before this machine was restarted" if holder and not holder.is_of_this_boot else ""
@@ -232,7 +224,7 @@ def _lock(path: Path) -> Iterator[Finding]:
             "note",
             f"{file.name} is left from a process that ended without closing the run{since}:"
             f" {holder or 'it does not say its name'}",
-            f"nothing is lost; continue with: tensatlas resume {path}",
+            f"nothing is lost; continue with: tensatlas resume {as_typed(path)}",
         )
     else:
         yield Finding("ok", "no process is writing it")
@@ -242,7 +234,7 @@ def _leftovers(path: Path) -> Iterator[Finding]:
     log = path.with_name(path.name + "-wal")
     with contextlib.suppress(OSError):
         if (size := log.stat().st_size) and not lock_path(path).exists():
-            fold = f"tensatlas resume {path} folds it in"
+            fold = f"tensatlas resume {as_typed(path)} folds it in"
             if not os.access(path.parent, os.W_OK):
                 fold = f"to continue the run, {_COPY.format(path.name)} and resume it there"
             yield Finding(
@@ -253,6 +245,10 @@ def _leftovers(path: Path) -> Iterator[Finding]:
     part = path.with_name(path.name + ".part")
     if part.exists():
         yield Finding("note", f"{part.name} is left from an interrupted creation", "delete it")
+
+
+def _of(table: str) -> str:
+    return table if table == "evaluations" else f"rows of {table}"
 
 
 def _some(found: list[Any]) -> str:

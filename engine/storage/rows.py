@@ -1,113 +1,27 @@
-"""Evaluations as rows of a run file, and back, with every value checked on the way in."""
+"""What is read of a run without its controllers: generations, figures of archives, summaries, ancestors."""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import math
-import sqlite3
-import struct
-from collections.abc import Sequence
 from typing import Any, Final, Self
 
-import numpy as np
-
 from engine.body.morphology import Morphology
-from engine.control.genome import Controller
-from engine.errors import UNEXPECTED_DATA, InvalidData
-from engine.files import compact_json
+from engine.errors import InvalidData
 from engine.search.algorithm import Snapshot
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
-from engine.simulation.evaluation import Evaluation, Solution
+from engine.search.map_search import MAX_CELLS
+from engine.simulation.evaluation import Evaluation
+from engine.storage.layouts.tables import Closed, Record, short
 
-
-def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
-    """Return an evaluation in the order of the columns of the table ``evaluations``."""
-    s = e.solution
-    return (
-        s.number,
-        generation,
-        compact_json(s.morphology.to_json()),
-        compact_json(s.controller.to_json()),
-        s.parent,
-        s.operator,
-        s.source,
-        e.fitness,
-        compact_json(_finite(e.distances)),
-        e.trajectory.astype("<f4").tobytes(),
-        int(e.head_is_end),
-        e.failure,
-    )
-
-
-def from_row(row: Any) -> Evaluation:
-    """Read an evaluation back from its row, whose columns are found by name.
-
-    Raises:
-        InvalidData: a value is not what ``to_row`` writes.
-    """
-    where = f"evaluation {row['number']}"
-    try:
-        distances = np.array(json.loads(row["distances"]), dtype=float)
-        trajectory = np.frombuffer(row["trajectory"], dtype="<f4")
-        if distances.ndim != 2 or not distances.size or trajectory.size % (2 * len(distances)):
-            raise InvalidData(f"{where}: distances or trajectory have the wrong size")
-        fitness = row["fitness"]
-        if fitness is not None and not (
-            isinstance(fitness, float) and math.isfinite(fitness) and np.isfinite(trajectory).all()
-        ):
-            raise InvalidData(f"{where}: fitness or trajectory is not a finite number")
-        solution = Solution(
-            number=int(row["number"]),
-            morphology=Morphology.from_json(json.loads(row["morphology"])),
-            controller=Controller.from_json(json.loads(row["controller"])),
-            parent=None if row["parent"] is None else int(row["parent"]),
-            operator=str(row["operator"]),
-            source=None if row["source"] is None else str(row["source"]),
-        )
-        return Evaluation(
-            solution=solution,
-            fitness=fitness,
-            distances=distances,
-            trajectory=trajectory.reshape(len(distances), -1, 2),
-            head_is_end=bool(row["head_is_end"]),
-            failure=None if row["failure"] is None else str(row["failure"]),
-        )
-    except InvalidData as e:
-        raise e if str(e).startswith(where) else InvalidData(f"{where}: {e}") from None
-    except UNEXPECTED_DATA as e:
-        raise InvalidData(f"{where} is damaged: {e}") from None
-
-
-def digest(row: Sequence[Any]) -> bytes:
-    """Return the digest of a row of the table ``evaluations``, which shows when its bytes have changed.
-
-    Args:
-        row: as ``to_row`` returns it or the table holds it.
-    """
-    found = hashlib.blake2b(digest_size=8)
-    for value in row:
-        match value:
-            case None:
-                kind, content = b"n", b""
-            case bytes():
-                kind, content = b"b", value
-            case float():
-                kind, content = b"f", struct.pack(">d", value)
-            case _:
-                kind, content = b"t", str(value).encode(errors="surrogateescape")
-        found.update(kind + len(content).to_bytes(8, "big") + content)
-    return found.digest()
-
-
-def _finite(values: np.ndarray) -> list[list[float | None]]:
-    """Return nested lists, None for what a diverged simulation left undefined."""
-    return [[float(v) if math.isfinite(v) else None for v in row] for row in values]
-
-
-MAX_CELLS_PER_AXIS: Final = 200
+MAX_ARCHIVES: Final = 16
+"""Archives of a run; algorithms have two at the most."""
+MAX_FIGURES: Final = 100_000
+"""Characters of the figures of a generation."""
+MAX_LINE: Final = 2000
+"""Robots of a lineage that are read; those of evolved robots are a tenth as long."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -162,18 +76,23 @@ class Generation:
     seconds: float
 
     @classmethod
-    def from_row(cls, row: sqlite3.Row) -> Self:
-        """Read a row of the table ``generations``.
+    def of(cls, closed: Closed) -> Self:
+        """Return a generation as it is recorded.
 
         Raises:
             InvalidData: as ``ArchiveFigures.from_json``, and as it others.
         """
+        archives = json.loads(short(closed.archives, "the figures of a generation", MAX_FIGURES))
+        if len(archives) > MAX_ARCHIVES:
+            raise InvalidData(f"a run has at most {MAX_ARCHIVES} archives, not {len(archives)}")
         return cls(
-            number=int(row["generation"]),
-            n_evaluations=int(row["n_evaluations"]),
-            n_failed=int(row["n_failed"]),
-            archives={k: ArchiveFigures.from_json(v) for k, v in json.loads(row["archives"]).items()},
-            seconds=float(row["seconds"]),
+            number=closed.generation,
+            n_evaluations=closed.n_evaluations,
+            n_failed=closed.n_failed,
+            archives={
+                short(k, "an archive's name"): ArchiveFigures.from_json(v) for k, v in archives.items()
+            },
+            seconds=closed.seconds,
         )
 
 
@@ -185,23 +104,11 @@ class Summary:
     fitness: float
     morphology: Morphology
 
-    @classmethod
-    def from_row(cls, row: sqlite3.Row) -> Self:
-        """Read generation, fitness and morphology of a row of the table ``evaluations``.
-
-        Raises:
-            InvalidData: as ``ArchiveFigures.from_json``, and as it others.
-        """
-        return cls(
-            generation=int(row["generation"]),
-            fitness=finite(row["fitness"]),
-            morphology=Morphology.from_json(json.loads(row["morphology"])),
-        )
-
 
 def _axis(data: Any) -> Axis:
-    axis = Axis(str(data["name"]), finite(data["lower"]), finite(data["upper"]), int(data["n"]))
-    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
+    name = short(str(data["name"]), "an axis's name")
+    axis = Axis(name, finite(data["lower"]), finite(data["upper"]), int(data["n"]))
+    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS):
         raise InvalidData(f"an archive's axis is impossible: {axis}")
     return axis
 
@@ -220,7 +127,7 @@ def finite(value: Any) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Ancestor:
-    """One robot of a lineage.
+    """One robot of a lineage, of which ``MAX_LINE`` are read.
 
     Attributes:
         number: of its evaluation.
@@ -237,6 +144,11 @@ class Ancestor:
     operator: str
     fitness: float | None
     morphology: Morphology
+
+    @classmethod
+    def of(cls, r: Record) -> Self:
+        """Return a robot as it is recorded."""
+        return cls(r.number, r.parent, r.generation, r.operator, r.fitness, r.morphology)
 
     @property
     def is_founder(self) -> bool:

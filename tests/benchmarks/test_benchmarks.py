@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tyro
 
-from benchmarks import explorer, free_energy, simulation
+from benchmarks import agreement, attack, explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
@@ -50,13 +50,41 @@ def test_free_energy(small_run: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "largest residual speed" in out
 
 
+def test_agreement(capsys: pytest.CaptureFixture[str]) -> None:
+    line = "--robots 2 --trial-time 1 --task squeezing".split()
+    assert agreement.main(tyro.cli(agreement.Arguments, args=line)) == 0
+    out = capsys.readouterr().out
+    assert "4 heads differ at the end of 1 s by" in out
+    assert "2 of 2 robots have the same head" in out
+
+
+def test_attack(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    status = attack.main(attack.Arguments(quick=True))
+    out = " ".join(capsys.readouterr().out.split())
+    for figure in (
+        "sends 20 at once",
+        "sends 200 a second",
+        "a new page in the meantime",
+        "3 browsers that each click another robot",
+        "empty maps",
+        "lines on the terminal",
+        "pipes among the runs",
+        "end by SIGTERM",
+    ):
+        assert figure in out
+    assert status == int("a figure falls short" in out)
+
+
 def test_explorer(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "300")  # so that no figure's name is broken into lines
     status = explorer.main(explorer.Arguments(quick=True))
     out = " ".join(capsys.readouterr().out.split())
     for figure in (
+        "the first click after the start",
         "clicked for the first time",
         "clicked again",
+        "the end of the whole replay",
         "frames a second",
         "share of one core",
         "bytes per frame",

@@ -39,8 +39,8 @@ def test_runs_are_compared_in_a_window_and_the_report_is_downloaded(
         expect(window).to_contain_text("2 runs of goal reaching")
         expect(window).to_contain_text("share the seed 7")
         expect(window.locator("table.ta-table").first).to_contain_text("25.76")
-        # ends, best fitness, QD score and coverage, maps, nested maps: all drawn, none wider than the window
-        expect(window.locator(".js-plotly-plot")).to_have_count(5)
+        # ends, best fitness, QD score and coverage, cells, maps, nested maps: all drawn, none too wide
+        expect(window.locator(".js-plotly-plot")).to_have_count(6)
         expect(window.locator(".js-plotly-plot svg.main-svg").first).to_be_attached()
         content = page.locator(".mantine-Modal-content")
         assert content.evaluate("e => e.scrollWidth <= e.clientWidth")

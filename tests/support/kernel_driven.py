@@ -41,6 +41,7 @@ def drop(*morphologies, width=8):
         [read_robot(robot) for robot in robots],
         np.array([robot.model.qpos0.reshape(-1, 7) for robot in robots]),
         ends=[Head.of(morphology, True) for morphology in morphologies],
+        rhythms=[morphology.open_loop for morphology in morphologies],
         physics=PHYSICS,
         width=width,
     )

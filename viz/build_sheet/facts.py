@@ -14,7 +14,7 @@ from engine.analysis.robustness import Robustness, load_robust_of
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 from engine.export import Trial, robot_hash, robot_id
 from engine.fabrication.dimensions.joints import Joint, joints
 from engine.search.archive import Cell, cell_name
@@ -178,7 +178,7 @@ def gather(
         place: where the robot was found.
     """
     return Facts(
-        run_name=reader.path.stem,
+        run_name=printable(reader.path.stem),
         date=run_date(reader.created_at),
         place=place,
         config=reader.config,

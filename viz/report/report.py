@@ -217,7 +217,7 @@ def render_page(comparison: Comparison, sections: tuple[ReportSection, ...]) -> 
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}</title><style>{_css('page.css')}{style()}</style>"
         f"<script>{get_plotlyjs()}</script></head><body><header><h1>{html.escape(tasks.capitalize())}</h1>"
-        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape(', '.join(groups))}{at}. f<sub>s</sub> is how"
+        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape('; '.join(groups))}{at}. f<sub>s</sub> is how"
         " many centimetres closer a robot ends to its targets than it started, the worst target counting"
         " extra; the QD score is the sum of f<sub>s</sub> over a map's filled cells.</p>"
         f"<nav>{links}</nav></header><main>{body}</main>"

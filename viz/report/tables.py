@@ -86,7 +86,7 @@ def significance_table(task: TaskComparison) -> str:
             [
                 title(test.measure, task.threshold),
                 html.escape(f"{test.first.name} – {test.second.name}"),
-                "too few runs" if few else html.escape(test.sentence()),
+                html.escape(test.verdict if known or few else test.sentence()),
                 f"{result.kind}, {test.sizes}",
                 f"{test.effect.value:.2f}",
                 interval(test.effect),

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from engine.config import RunConfig
+from engine.errors import printable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
 from viz import theme
@@ -36,7 +37,7 @@ class Entry:
     @property
     def run(self) -> str:
         """Name of its run."""
-        return self.path.stem
+        return printable(self.path.stem)
 
     @property
     def number(self) -> int:

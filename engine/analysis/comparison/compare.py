@@ -10,7 +10,7 @@ from engine.analysis.comparison.fairness import fairness
 from engine.analysis.comparison.run_result import NothingToCompareError, RunResult, load_result
 from engine.analysis.comparison.task_comparison import Group, TaskComparison, make_groups
 from engine.analysis.run_files import run_files
-from engine.errors import InvalidData
+from engine.errors import InvalidData, printable
 
 ReadingObserver = Callable[[Path, int, int], None]
 """Receives the run that is read, how many are done, and how many there are."""
@@ -84,7 +84,7 @@ def compare_runs(
 
 def _labels(paths: list[Path]) -> dict[Path, str]:
     stems = [p.stem for p in paths]
-    return {p: p.stem if stems.count(p.stem) == 1 else str(p.with_suffix("")) for p in paths}
+    return {p: printable(p.stem if stems.count(p.stem) == 1 else str(p.with_suffix(""))) for p in paths}
 
 
 def _tasks(

@@ -16,7 +16,7 @@ CITATION: Final = "Zardini et al., GECCO 2021"
 
 @functools.cache
 def _tables() -> dict[str, Any]:
-    return json.loads((resources.files("engine") / "data" / "published_results.json").read_text())
+    return json.loads((resources.files("engine") / "data" / "published_results.json").read_text("utf-8"))
 
 
 def n_runs() -> int:

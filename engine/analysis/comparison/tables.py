@@ -10,6 +10,7 @@ from engine.analysis.comparison.groups import differing
 from engine.analysis.comparison.measures import DASH, MEASURES, TRENDS
 from engine.analysis.comparison.significance import CONFIDENCE, EffectSize
 from engine.analysis.comparison.task_comparison import Group, TaskComparison
+from engine.errors import printable
 from engine.files import csv_text
 
 _STATISTICS: Final = ("mean", "std", "min", "max", "median")
@@ -37,7 +38,14 @@ def csv_files(comparison: Comparison) -> dict[str, str]:
 
 def _runs(comparison: Comparison) -> list[list[object]]:
     return [
-        [t.task, g.name, str(r.path), r.config.seed, 100.0 * r.threshold, *(r.measure(m) for m in MEASURES)]
+        [
+            t.task,
+            g.name,
+            printable(str(r.path)),
+            r.config.seed,
+            100.0 * r.threshold,
+            *(r.measure(m) for m in MEASURES),
+        ]
         for t in comparison.tasks
         for g in t.groups
         for r in g.runs

@@ -118,14 +118,21 @@ class PairTest:
 
     @property
     def significant(self) -> bool:
-        """Whether the groups differ at ``ALPHA`` after the correction."""
-        return self.corrected_p < ALPHA
+        """Whether the groups differ at ``ALPHA`` after the correction; never where there are too few runs."""
+        return self.result.enough and self.corrected_p < ALPHA
 
     @property
     def sizes(self) -> str:
         """How many runs are tested: ``4, 6`` of two groups, ``4 pairs``."""
         n, m = self.result.n
         return f"{n} pair{'s' if n > 1 else ''}" if self.result.kind == "signed-rank" else f"{n}, {m}"
+
+    @property
+    def verdict(self) -> str:
+        """What the test has shown, in a few words beside the names of the groups."""
+        if not self.significant:
+            return "no difference shown" if self.result.enough else "too few runs"
+        return f"{(self.first if self.effect.value > 0.5 else self.second).name} is higher"
 
     def sentence(self) -> str:
         """Say what the test has shown."""
@@ -141,7 +148,7 @@ class PairTest:
                 f" {self.result.smallest_p:.2g}. {_fewest(self.result)} could reach {ALPHA:g}."
             )
         if self.significant:
-            return f"{first} and {second} differ: {first if self.effect.value > 0.5 else second} is higher."
+            return f"{first} and {second} differ: {self.verdict}."
         return f"No difference between {first} and {second} is shown."
 
 

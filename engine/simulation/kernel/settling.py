@@ -75,9 +75,9 @@ def settle(
     n_updates = round(duration / physics.control_period)
 
     def one(members: slice) -> list[Settled]:
-        own, numbers = robots[members], [read_robot(robot) for robot in robots[members]]
-        ends = [Head.of(morphology, True) for morphology in morphologies[members]]
-        dropped = _drop(own, numbers, ends, physics)
+        own, bodies = robots[members], morphologies[members]
+        numbers = [read_robot(robot) for robot in own]
+        dropped = _drop(own, numbers, bodies, physics)
         if observer is None:
             dropped.settle(n_updates)
         else:
@@ -89,7 +89,7 @@ def settle(
             failure = None
             if code != GOES_ON:
                 at = dropped.failed_at[lane]
-                failure = _settling_failure(code, at, own[lane], numbers[lane], ends[lane], physics)
+                failure = _settling_failure(code, at, own[lane], numbers[lane], bodies[lane], physics)
             found.append(Settled(own[lane], numbers[lane], dropped, lane, failure))
         return found
 
@@ -106,7 +106,7 @@ def find_heads(
     duration: float,
     n_threads: int = 1,
 ) -> tuple[list[Head], list[Failure | None]]:
-    """Find which end of each robot goes first when all modules pulse together.
+    """Find which end of each robot goes first when all modules pulse together, or by their rhythms.
 
     Returns:
         The heads and, per robot, why its simulation failed or None.
@@ -126,10 +126,19 @@ def find_heads(
 
 
 def _drop(
-    robots: Sequence[RobotModel], numbers: Sequence[Robot], ends: Sequence[Head], physics: Physics
+    robots: Sequence[RobotModel],
+    numbers: Sequence[Robot],
+    morphologies: Sequence[Morphology],
+    physics: Physics,
 ) -> Dropped:
-    poses = np.array([robot.model.qpos0.reshape(-1, 7) for robot in robots])
-    return Dropped(numbers, poses, ends=ends, physics=physics, width=widest())
+    return Dropped(
+        numbers,
+        np.array([robot.model.qpos0.reshape(-1, 7) for robot in robots]),
+        ends=[Head.of(morphology, True) for morphology in morphologies],
+        rhythms=[morphology.open_loop for morphology in morphologies],
+        physics=physics,
+        width=widest(),
+    )
 
 
 def _snapshot(
@@ -171,11 +180,11 @@ def failure_at(code: int, n_updates: int, robot: Robot, physics: Physics) -> Fai
 
 
 def _settling_failure(
-    code: int, at: int, robot: RobotModel, numbers: Robot, end: Head, physics: Physics
+    code: int, at: int, robot: RobotModel, numbers: Robot, morphology: Morphology, physics: Physics
 ) -> Failure:
     """Return why a robot failed while it settled, with its last moments."""
     n = min(at, MAX_UPDATES)
-    before = _drop([robot], [numbers], [end], physics)
+    before = _drop([robot], [numbers], [morphology], physics)
     before.settle(at - n)
     return dataclasses.replace(
         failure_at(code, at, numbers, physics),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -12,9 +13,10 @@ import msgspec
 import pytest
 import viser
 import zstandard
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from app.gui import web_socket
 from app.gui.access import Access
 from app.gui.lanes import Lanes
 from app.gui.viser_private import Gate
@@ -94,7 +96,7 @@ def test_without_the_token_neither_page_nor_socket_is_answered() -> None:
             with pytest.raises(InvalidStatus):
                 open_socket(port, origin=own, query=query, cookie=cookie)
         status, headers, _ = get(f"{own}/?run=x&token={TOKEN}")
-        assert (status, headers["Location"]) == (303, "/?run=x")
+        assert (status, headers["Location"]) == (303, "?run=x")
         cookie = headers["Set-Cookie"].partition(";")[0]
         assert get(f"{own}/", cookie)[0] == 200
         open_socket(port, origin=own, cookie=cookie).close()
@@ -116,6 +118,92 @@ def test_twenty_clients_at_once_each_get_a_session_of_their_own() -> None:
 
         with ThreadPoolExecutor(N_CLIENTS) as pool:
             assert len(set(pool.map(greeted, range(N_CLIENTS)))) == N_CLIENTS
+
+
+def test_a_path_that_no_file_can_have_is_not_found() -> None:
+    with serving(Access()) as port:
+        for path in ("x" * 300, "x" * 5000, "a%00b", "%ff%fe", "../../etc/passwd", "%2e%2e/app"):
+            status, headers, _ = get(f"http://127.0.0.1:{port}/{path}")
+            assert status == 404
+            assert headers["X-Frame-Options"] == "SAMEORIGIN"
+
+
+def test_a_page_of_another_version_is_told_so_and_nobody_else_notices(
+    caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Access()) as port:
+        capfd.readouterr()
+        old = connect(f"ws://127.0.0.1:{port}/", subprotocols=["viser-v0.0.1"])  # type: ignore[list-item]
+        with old, pytest.raises(ConnectionClosed, match=r"mismatch. Client: 0\.0\.1, Server: [1-9]"):
+            old.recv(timeout=30)
+        assert capfd.readouterr().out == ""
+    assert caplog.records == []
+
+
+def test_there_is_room_for_so_many_browsers_and_for_another_when_one_has_gone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(web_socket, "MAX_BROWSERS", 2)
+    with serving(Access()) as port, contextlib.ExitStack() as stack:
+        first, _ = (stack.enter_context(open_socket(port, origin=None)) for _ in range(2))
+        with open_socket(port, origin=None) as third, pytest.raises(ConnectionClosed, match="As many"):
+            third.recv(timeout=30)
+        first.close()
+        deadline = time.monotonic() + 30
+        while True:
+            with open_socket(port, origin=None) as another, contextlib.suppress(ConnectionClosed):
+                say_camera(another)
+                if received(another):
+                    return
+            assert time.monotonic() < deadline
+
+
+def test_what_no_browser_sends_is_dropped_without_a_word(
+    caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    n = 90_000
+    wrong: list[object] = [
+        b"\x81\xa4type\xdd" + n.to_bytes(4, "big") + b"\x80" * n,  # so many empty maps
+        b"\x81\xa4type" + b"\x91" * n + b"\x80",
+        b"",
+        "text",
+        {"type": "ShareUrlRequest"},
+        {"type": "GuiUpdateMessage", "uuid": [1], "updates": 5},
+        {"type": "FileTransferPart", "transfer_uuid": 5, "part_index": "x", "content": None},
+    ]
+    with serving(Access()) as port, open_socket(port, origin=None) as socket:
+        say_camera(socket)
+        capfd.readouterr()
+        for message in wrong:
+            data = message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)
+            socket.send(data)
+        while not any(m["type"] == "GuiMarkdownMessage" for m in received(socket)):
+            pass
+        socket.ping().wait(30)  # it has read all of them and goes on
+        assert capfd.readouterr().out == ""
+        socket.send(b"\x80" * 200_000)
+        with pytest.raises(ConnectionClosed):
+            list(iter(lambda: socket.recv(timeout=30), None))
+    assert caplog.records == []
+
+
+def test_messages_are_read_no_faster_than_a_browser_sends_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    waited: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        waited.append(seconds)
+
+    monkeypatch.setattr(web_socket.asyncio, "sleep", sleep)
+    monkeypatch.setattr(web_socket, "RATE", 1e-9)
+    monkeypatch.setattr(web_socket, "BURST", 10.0)
+    with serving(Access()) as port, open_socket(port, origin=None) as socket:
+        for _ in range(12):
+            say_camera(socket)
+        socket.ping().wait(30)
+        deadline = time.monotonic() + 30
+        while len([s for s in waited if s > 1e6]) < 2 and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert len([s for s in waited if s > 1e6]) == 2
 
 
 def say_camera(socket: ClientConnection) -> None:

@@ -70,17 +70,17 @@ def test_of_a_flood_only_the_newest_is_done_and_others_are_answered_meanwhile() 
     with serving() as address, SyntheticBrowser(address, PATIENCE) as busy:
         busy.set("field", "hold")
         wait(lambda: Session.all and Session.all[0].held.is_set())
-        for k in range(300):
+        for k in range(150):  # fewer than a server reads at once
             busy.set("field", str(k))
         with SyntheticBrowser(address, PATIENCE) as other:  # comes while it lasts
             other.set("field", "hello")
             other.wait(html_with("answer to hello"), 0)
         assert Session.all[0].seen == ["hold"]
         Session.all[0].go.set()
-        busy.wait(html_with("answer to 299"), 0)
+        busy.wait(html_with("answer to 149"), 0)
         # the flood may have been on its way when the first one ended
-        assert len(Session.all[0].seen) < 50
-        assert Session.all[0].seen[-1] == "299"
+        assert len(Session.all[0].seen) < 20
+        assert Session.all[0].seen[-1] == "149"
 
 
 def test_a_browser_that_leaves_is_seen_off_at_once_and_what_it_left_is_forgotten() -> None:

@@ -60,7 +60,7 @@ def test_fields_for_all_and_for_a_variant():
         ({"seeds": [-1]}, "seed must be"),
         ({"seeds": list(range(6000))}, "more than 10000 runs"),
         ({"preset": "huge"}, "preset must be one of"),
-        ({"config": {"speed": 1}}, "expected a table of"),
+        ({"config": {"speed": 1}}, "unknown 'speed'"),
         ({"config": 3}, "config must be a table"),
         ({"algorithm": "dm-me"}, "unknown 'algorithm'"),
         ({"algorithms": ["deep"], "variants": {"deep": {"cell_capacity": 5}}}, "variants.deep"),

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
-from engine.search.viability import TIE, Member, ViabilityPopulation
+from engine.search.viability import TIE, Member, ViabilityPopulation, fitness_of_merit, merit
 from tests.support.made_up import examples
 
 BODY = Morphology(5, (1, 2, 3))
@@ -240,3 +240,30 @@ def test_a_restored_population_goes_on_identically(seed, generations):
     assert other.members == one.members
     assert other.candidates(random.Random(seed)) == one.candidates(random.Random(seed))
     assert other.state() == one.state()
+
+
+# ---- the scale of the boundary
+
+
+def test_the_boundary_moves_in_1_over_fitness_where_asked():
+    # from 1/0.5 = 2 a tenth of the way to 1/0.25 = 4; who is at 0.5 leaves, and three are less than 2 x 2
+    p = population([0.25, 0.5], size=2, maximise="inverse")
+    p.tell([member(10, 0.43), member(11, 0.43)])
+    assert p.boundary == pytest.approx(1 / 2.2)
+    assert [m.fitness for m in p.members] == [0.25, 0.43, 0.43]
+
+
+@examples(50)
+@given(st.floats(-0.2, 2.0), st.floats(-0.2, 2.0))
+def test_merits_keep_the_order_of_fitnesses_and_are_undone(one, other):
+    for kind in ("negative", "inverse"):
+        assert fitness_of_merit(merit(one, kind), kind) == pytest.approx(one, rel=1e-12, abs=1e-15)
+        if one < other - 1e-9:
+            assert merit(one, kind) > merit(other, kind)
+
+
+def test_1_over_fitness_goes_on_as_a_straight_line_below_1_cm():
+    assert merit(0.02, "inverse") == 50.0
+    assert merit(0.01, "inverse") == 100.0
+    assert merit(0.0, "inverse") == pytest.approx(200.0)
+    assert merit(-0.01, "inverse") == pytest.approx(300.0)

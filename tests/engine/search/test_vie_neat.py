@@ -16,7 +16,7 @@ from engine.config import PRESETS, RunConfig, from_json, preset, replaced, to_js
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
-from engine.search.vie_neat import VieNeat, VieNeatConfig
+from engine.search.vie_neat import VieNeat, VieNeatConfig, paired_fitness
 from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.killed import run_until_killed
@@ -58,11 +58,11 @@ def key_of(algorithm):
 
 
 def test_the_published_parameters():
-    config = VieNeatConfig()
+    config = preset("paper").vie_neat
     assert (config.morphologies, config.mutants, config.boundary_rate) == (48, 48, 0.1)
     assert (config.controllers, config.elitism, config.species_elitism) == (54, 3, 2)
     assert config.compatibility_threshold == 2.85
-    assert preset("paper").vie_neat == config
+    assert config == VieNeatConfig(maximise="inverse")
     algorithm = VieNeat(VieNeatConfig(), n_inputs=2, budget=45_000)
     solutions = algorithm.ask()
     assert 53 <= len(solutions) <= 55
@@ -145,6 +145,21 @@ def test_controllers_are_judged_by_all_their_partners():
         known = by_controller[k]
         mean = sum(known) / len(known)
         assert f == pytest.approx(mean + (max(known) - mean) / 2, abs=1e-15)
+
+
+def test_both_populations_maximise_1_over_fitness_where_asked():
+    config = VieNeatConfig(morphologies=4, mutants=4, controllers=6, elitism=1, maximise="inverse")
+    algorithm = create(2, config)
+    told = generation(algorithm)
+    keys = {repr(c): k for k, c in algorithm.controllers.controllers.items()}
+    kept = algorithm.controllers.state()["genomes"]
+    known = {}
+    for e in told:
+        known.setdefault(keys.get(repr(e.solution.controller)), []).append(e.fitness)
+    stored = {key: fitness for key, fitness, _ in kept if fitness is not None}
+    assert stored
+    for key, fitness in stored.items():
+        assert fitness == pytest.approx(1.0 / paired_fitness(known[key]))
 
 
 def test_where_neat_has_nothing_but_elites_they_are_tried_again():

@@ -219,7 +219,8 @@ def test_tables(comparison: Comparison) -> None:
     assert runs_table(task, comparison.labels).count("<tr>") == 1 + 12
     tested = significance_table(task)
     assert "1 run of ViE-NEAT and 6 runs of MAP-Elites are too few" in tested
-    assert "MAP-Elites and DM-ME differ: DM-ME is higher." in tested
+    assert ">DM-ME is higher<" in tested
+    assert ">no difference shown<" in tested
     few = TaskComparison("goal-reaching", tuple(dataclasses.replace(g, runs=g.runs[:2]) for g in task.groups))
     assert significance_table(few).count("too few runs to say which group is better") == 1
     alone = TaskComparison("goal-reaching", task.groups[:1])

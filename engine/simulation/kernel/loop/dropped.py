@@ -6,18 +6,16 @@ Robots of one size share a vector, one per lane.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 
-from engine.body.servo import FREQUENCIES, PHASES
 from engine.simulation.kernel.lanes.simd import by_lane, width_of
 from engine.simulation.kernel.loop.closed_loop import begin, run
 from engine.simulation.kernel.loop.sensing import PYTHON, make_scene
 from engine.simulation.kernel.loop.setup import (
     NOTHING,
+    OPEN_LOOP,
     RELEASED,
-    TOGETHER,
     HeadOf,
     Loop,
     Recording,
@@ -30,9 +28,6 @@ from engine.simulation.kernel.physics.parameters import Robot
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, forget, new_state
 from engine.simulation.physics import Physics
 
-OPEN_LOOP: Final = FREQUENCIES.tolist().index(0.5) * len(PHASES) + PHASES.tolist().index(0.0)
-"""Number of the command that all modules have while the head is searched: 0.5 Hz, phase 0."""
-
 
 class Dropped:
     """Robots that have been dropped.
@@ -41,6 +36,8 @@ class Dropped:
         robots: at most as many as there are lanes, of one size. The first has the spare lanes, too.
         poses: (robots, rods, 7) centres in m and quaternions as built, above the ground.
         ends: the head that each robot has if it is the end of its chain.
+        rhythms: (robots, modules) the command that each module has while the head is searched, as ``servos``
+            numbers them.
         physics: time step and control period.
         width: lanes of a vector.
     """
@@ -51,6 +48,7 @@ class Dropped:
         poses: np.ndarray,
         *,
         ends: Sequence[HeadOf],
+        rhythms: Sequence[Sequence[int]],
         physics: Physics,
         width: int,
     ) -> None:
@@ -65,6 +63,7 @@ class Dropped:
         self.failed_at = [0] * self._n
         """Per robot the control updates from the drop to the failure of its simulation, or 0."""
         self._ends = [ends[k] for k in of_lane]
+        self._rhythms = np.array([rhythms[k] for k in of_lane])
         self._physics = physics
 
     @property
@@ -83,7 +82,7 @@ class Dropped:
         return recording
 
     def goes_end_first(self, duration: float) -> list[tuple[bool, int]]:
-        """Find which end goes first when all modules pulse together for some seconds; the robots stay.
+        """Find which end goes first when the modules keep their rhythms for some seconds; the robots stay.
 
         The end of the chain is the head unless the rear face of its module has by then crossed, backwards,
         the line through its own starting point, perpendicular to the robot.
@@ -116,7 +115,7 @@ class Dropped:
         state = new_state(self.model)
         for lane in range(width_of(state.rods)):
             branch(state, lane, self.state, lane)
-        loop = self._loop(TOGETHER)
+        loop = self._loop(OPEN_LOOP)
         begin(state, loop)
         return state, loop
 
@@ -132,7 +131,7 @@ class Dropped:
         loop = make_loop(
             self.model, scene, self._physics, drive=drive, start=self.n_updates, heads=self._ends
         )
-        by_lane(loop.servos.choice)[:] = OPEN_LOOP
+        by_lane(loop.servos.choice)[:] = self._rhythms.T
         return loop
 
 

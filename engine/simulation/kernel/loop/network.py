@@ -67,11 +67,9 @@ def compile_networks(controllers: Sequence[Controller], lanes: np.ndarray, n_out
     n_inputs, n_nodes = controllers[0].n_inputs, 0
     counts, sources, weights, ends = [], [], [], []
     for plan in plans:
-        # by node, then by source; a weight of 0 adds nothing
-        node, source = np.nonzero(plan.weights.T)
-        counts.append(np.bincount(node, minlength=len(plan.bias)))
-        weights.append(plan.weights[source, node])
-        sources.append(np.where(source < n_inputs, source, source + n_nodes))
+        counts.append(np.diff(plan.first))
+        weights.append(plan.weight)
+        sources.append(np.where(plan.source < n_inputs, plan.source, plan.source + n_nodes))
         n_nodes += len(plan.bias)
         ends.append(n_nodes)
     driven = integers(*lanes.shape[:1], width=lanes.shape[1])

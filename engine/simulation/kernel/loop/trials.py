@@ -28,7 +28,7 @@ from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.physics.state import ROD, State, forget, new_state
 from engine.simulation.kernel.threads import threaded
 from engine.simulation.physics import Physics
-from engine.tasks import Task
+from engine.tasks import SQUEEZING_BY_DISTANCE, Task
 from engine.tasks.walls import Wall
 
 
@@ -115,6 +115,7 @@ class Trials:
             scene = make_scene(
                 kind,
                 units=task.units,
+                by_distance=task.score is SQUEEZING_BY_DISTANCE.score,
                 heads=[head_rods(start.head) for start in of],
                 targets=np.asarray(targets)[of_lane],
                 walls=[walls[i] for i in of_lane],

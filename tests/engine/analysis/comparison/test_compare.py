@@ -1,9 +1,7 @@
-import contextlib
 import csv
 import dataclasses
 import io
 import json
-import sqlite3
 
 import pytest
 
@@ -24,6 +22,7 @@ from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation
 from tests.support.made_up_grid import AXES, random_grid_run, write_grid_run
+from tests.support.run_formats import change
 
 N = 32  # evaluations of a random_grid_run
 
@@ -214,13 +213,8 @@ def test_bad_input_is_refused_in_a_line(run_file, tmp_path):
 
 
 def test_an_unknown_task_is_refused_in_a_line(run_file):
-    import sqlite3
-
     path = run_file()
-    db = sqlite3.connect(path)
-    with db:
-        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'flying') WHERE key = 'config'")
-    db.close()
+    change(path, "UPDATE meta SET value = json_set(value, '$.task', 'flying') WHERE key = 'config'")
     with pytest.raises(RunFileError, match="flying") as e:
         compare_runs([path])
     assert "\n" not in str(e.value)
@@ -254,8 +248,8 @@ def test_tables_for_other_programs(run_file):
 def test_other_programs_and_tasks_are_noted(run_file, key, said):
     paths = [run_file("a", 1), run_file("b", 2)]
     for version, path in enumerate(paths, start=1):
-        with contextlib.closing(sqlite3.connect(path)) as db, db:
-            db.execute("UPDATE meta SET value = ? WHERE key = 'versions'", [json.dumps({key: version})])
+        value = json.dumps({key: version})
+        change(path, ("UPDATE meta SET value = ? WHERE key = 'versions'", (value,)))
     assert f"Runs of goal-reaching were made {said}" in notes(*paths)
     assert "were made" not in notes(paths[0])
 
@@ -273,6 +267,14 @@ def test_runs_that_began_with_the_same_robots_are_tested_in_pairs(run_file):
     assert (test.result.kind, test.sizes) == ("signed-rank", "4 pairs")
     # the same seed gives the same made-up figures
     assert (test.result.p, test.effect.value) == (1.0, 0.5)
+    # the second group worse by less than runs differ: each pair, but not each run, tells
+    lower = [
+        dataclasses.replace(r, points=(dataclasses.replace(r.points[-1], best=r.points[-1].best - 1e-6),))
+        for r in task.groups[1].runs
+    ]
+    worse = TaskComparison("goal-reaching", make_groups([*task.groups[0].runs, *lower])).tests[0]
+    assert worse.result.p == 2 / 16
+    assert worse.effect.value == pytest.approx((6 + 4) / 16)
     # equal seeds alone make no pairs
     apart = [
         dataclasses.replace(r, first_robots=frozenset({str(r.config.map_search.batch_size)}))
