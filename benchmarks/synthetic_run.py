@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,7 +13,7 @@ from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.body.servo import N_RHYTHMS
 from engine.config import RunConfig, preset, replaced
-from engine.control.genome import Neat
+from engine.control.genome import Controller, Neat
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
@@ -37,9 +38,17 @@ class SyntheticRun:
         path: of the run file, which must not exist.
         config: of the run.
         modules: of every robot; None for 2 to 10.
+        controllers: that the robots have; None for evolved ones.
     """
 
-    def __init__(self, path: Path, config: RunConfig, *, modules: int | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        config: RunConfig,
+        *,
+        modules: int | None = None,
+        controllers: Sequence[Controller] | None = None,
+    ) -> None:
         self._config, self._modules = config, modules
         self._task = get_task(config.task)
         self._rng = random.Random(config.seed)
@@ -48,6 +57,7 @@ class SyntheticRun:
         self._controllers = [neat.random(self._rng) for _ in range(N_CONTROLLERS)]
         for _ in range(N_MUTATIONS):
             self._controllers = [neat.mutate(c, self._rng) for c in self._controllers]
+        self._controllers = list(controllers or self._controllers)
         self.archives = {
             "morphology": morphology_archive(config.stiffness),
             "controller": GridArchive(shape=CONTROLLER_SHAPE),
@@ -118,7 +128,14 @@ class SyntheticRun:
         return tuple(self._rng.randrange(n) for n in CONTROLLER_SHAPE)
 
 
-def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int | None = None) -> RunConfig:
+def write_run(
+    path: Path,
+    *,
+    evaluations: int,
+    initial: int = 1080,
+    modules: int | None = None,
+    controllers: Sequence[Controller] | None = None,
+) -> RunConfig:
     """Write a finished run with the trials of the published experiment.
 
     Args:
@@ -126,9 +143,10 @@ def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int
         evaluations: in all.
         initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
+        controllers: that the robots have; None for evolved ones.
     """
     config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
-    with SyntheticRun(path, config, modules=modules) as run:
+    with SyntheticRun(path, config, modules=modules, controllers=controllers) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()
     return config
