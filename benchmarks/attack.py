@@ -32,7 +32,7 @@ from rich.console import Console
 from websockets.exceptions import ConnectionClosed
 
 from app.gui.incoming import LOOKING
-from benchmarks.explorer import opened
+from benchmarks.clicking import opened
 from benchmarks.rows import Row, show
 from benchmarks.server_process import ServerProcess, explorer
 from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_with
@@ -51,7 +51,7 @@ FLOODS: Final = (100, 400)
 RATE: Final = 200
 """Clicks a second of a browser that goes on."""
 PATIENCE: Final = 10.0
-"""Seconds in which a server ends."""
+"""Seconds in which a server shows its first page, and ends."""
 GROWTH: Final = 50.0
 """MB that messages may take."""
 PAUSE: Final = 0.5
@@ -232,7 +232,7 @@ def files(run: Path, folder: Path) -> list[Row]:
         server.end()
         end = time.perf_counter() - started
     return [
-        answers("a page with pipes among the runs", [page]),
+        answers("a page with pipes among the runs", [page], PATIENCE),
         answers("the server's end by SIGTERM", [end], PATIENCE),
     ]
 

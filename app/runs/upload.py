@@ -26,6 +26,8 @@ MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""
 MAX_FILES: Final = 20
 """Largest number of files that are kept."""
+MAX_GENERATIONS: Final = 20_000
+"""Of a file: each of its browsers holds them all."""
 _unsafe = re.compile(r"[^A-Za-z0-9_-]+")
 _one_at_a_time = threading.Lock()
 
@@ -103,6 +105,11 @@ def check(path: Path) -> None:
     """
     _check_tables(path)
     with RunReader(path) as reader:
+        last = reader.last_generation()
+        if last is not None and last >= MAX_GENERATIONS:
+            raise RunFileError(
+                f"{path} has more than {MAX_GENERATIONS} generations: too many to be shown here"
+            )
         generations = reader.generations()
         if generations:
             elites = reader.elites(generations[-1])

@@ -7,7 +7,7 @@ import dataclasses
 import math
 import random
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from random import Random
 from typing import Any, Final, Literal, Self
 
@@ -22,8 +22,11 @@ from engine.exact import cosine_and_sine, logarithm
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""
-MAX_GENES: Final = 10_000
-"""More nodes or connections than this in data from outside are refused."""
+MAX_NODES: Final = 2_000
+MAX_CONNECTIONS: Final = 20_000
+MAX_DEPTH: Final = 200
+"""Connections in a row. A network beyond one of the three costs too much to be shown: files may come from
+strangers. Evolved ones have some 30 nodes, 80 connections and 3 in a row."""
 MAX_HIDDEN: Final = 100
 LEAST: Final = 0.001
 """Smallest rate and power of the biases. Every controller has biases, so every one can be mutated."""
@@ -253,12 +256,31 @@ class Neat:
         return from_genome(genome, self.config.num_inputs)
 
     def mutate(self, parent: Controller, rng: Random) -> Controller:
-        """Return a mutated copy: NEAT's structural mutations, then weights and biases."""
-        genome = to_genome(parent, self.config, self.kind)
+        """Return a mutated copy: NEAT's structural mutations, then weights and biases.
+
+        A network that would grow too large for a controller grows no further.
+        """
         self.config.node_indexer = self._count_nodes()
         with lend_random(rng):
+            genome = to_genome(parent, self.config, self.kind)
             genome.mutate(self.config)
+            if not _fits(genome):
+                genome = to_genome(parent, self.config, self.kind)
+                with self._without_growth():
+                    genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
+
+    @contextlib.contextmanager
+    def _without_growth(self) -> Iterator[None]:
+        names = ("node_add_prob", "conn_add_prob")
+        usual = {name: getattr(self.config, name) for name in names}
+        for name in names:
+            setattr(self.config, name, 0.0)
+        try:
+            yield
+        finally:
+            for name, value in usual.items():
+                setattr(self.config, name, value)
 
     def cross(self, fitter: Controller, other: Controller, rng: Random) -> Controller:
         """Return a child of two controllers.
@@ -325,6 +347,15 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
     )
 
 
+def _fits(genome: neat.DefaultGenome) -> bool:
+    """Tell whether a genome is no larger than a controller may be."""
+    return (
+        len(genome.nodes) <= MAX_NODES
+        and len(genome.connections) <= MAX_CONNECTIONS
+        and _depth(genome.connections) <= MAX_DEPTH
+    )
+
+
 def _gauss(mu: float = 0.0, sigma: float = 1.0) -> float:
     """Draw from Python's global generator what its own ``gauss`` draws, with the same bits everywhere.
 
@@ -358,8 +389,11 @@ def lend_random(rng: Random) -> Iterator[None]:
 def _validate(c: Controller) -> None:
     if type(c.n_inputs) is not int or not 1 <= c.n_inputs <= 100:
         raise InvalidData(f"a controller has 1 to 100 inputs, not {c.n_inputs!r}")
-    if max(len(c.nodes), len(c.connections)) > MAX_GENES:
-        raise InvalidData(f"a controller has at most {MAX_GENES} genes of a kind")
+    if len(c.nodes) > MAX_NODES or len(c.connections) > MAX_CONNECTIONS:
+        raise InvalidData(
+            f"a controller has at most {MAX_NODES} nodes and {MAX_CONNECTIONS} connections,"
+            f" not {len(c.nodes)} and {len(c.connections)}"
+        )
     for n in c.nodes:
         if type(n.key) is not int or not 0 <= n.key < 2**53:
             raise InvalidData(f"a node's key must be a whole number from 0, not {n.key!r}")
@@ -379,25 +413,35 @@ def _validate(c: Controller) -> None:
         if link.source not in sources or link.target not in keys or pair in seen:
             raise InvalidData(f"connection {pair} is repeated or does not join two of the nodes")
         seen.add(pair)
-    _check_acyclic(seen)
+    if (depth := _depth(seen)) > MAX_DEPTH:
+        raise InvalidData(f"a controller has at most {MAX_DEPTH} connections in a row, not {depth}")
 
 
-def _check_acyclic(pairs: set[tuple[int, int]]) -> None:
+def _depth(pairs: Collection[tuple[int, int]]) -> int:
+    """Return how many connections, given as source and target, lie in a row at the most.
+
+    Raises:
+        InvalidData: they form a cycle.
+    """
     incoming: dict[int, int] = {}
     outgoing: dict[int, list[int]] = {}
     for source, target in pairs:
         incoming[target] = incoming.get(target, 0) + 1
         outgoing.setdefault(source, []).append(target)
     ready = [k for k in outgoing if k not in incoming]
+    level = dict.fromkeys(ready, 0)
     removed = 0
     while ready:
-        for target in outgoing.get(ready.pop(), []):
+        node = ready.pop()
+        for target in outgoing.get(node, []):
             removed += 1
             incoming[target] -= 1
+            level[target] = max(level.get(target, 0), level[node] + 1)
             if not incoming[target]:
                 ready.append(target)
     if removed != len(pairs):
         raise InvalidData("a controller's network must have no cycle")
+    return max(level.values(), default=0)
 
 
 def _check_finite(*values: Any) -> None:

@@ -157,16 +157,11 @@ def _clock(physics: Physics, settle_time: float) -> dict[str, int]:
 
 def _network(plan: Plan, n_inputs: int) -> dict[str, object]:
     """Return a network as lists of links, node by node."""
-    first, sources, weights = [0], [], []
-    for column in plan.weights.T:
-        used = np.flatnonzero(column)
-        sources += used.tolist()
-        weights += column[used].tolist()
-        first.append(len(sources))
+    sources, weights = plan.source.tolist(), plan.weight.tolist()
     n_sources = n_inputs + len(plan.hidden)
     return {
         "hidden": len(plan.hidden),
-        "node_links": _wrapped(", ".join(map(str, first))),
+        "node_links": _wrapped(", ".join(map(str, plan.first.tolist()))),
         "node_bias": _wrapped(_numbers(plan.bias)),
         "source_type": "uint8_t" if n_sources <= 256 else "uint16_t",
         # an array of C++ must not be empty; nothing refers to this link

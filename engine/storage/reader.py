@@ -22,11 +22,14 @@ from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
 from engine.storage.layouts import tables_of
 from engine.storage.layouts.plain import to_row
-from engine.storage.layouts.tables import Change, Closed, Record, in_chunks
+from engine.storage.layouts.tables import Change, Closed, Record, in_chunks, short
 from engine.storage.lock import is_being_written
-from engine.storage.rows import Ancestor, Generation, Slimmed, Summary
+from engine.storage.rows import MAX_LINE, Ancestor, Generation, Slimmed, Summary
 from engine.tasks import get_task, task_version
 
+MAX_FACTS: Final = 100
+MAX_FACT: Final = 2000
+"""Facts about a run that are read, and characters of each: a stranger's file may have more."""
 _FIRST_ROBOTS: Final = 64
 """Robots of the first generation that say whether two runs began with the same."""
 
@@ -57,7 +60,7 @@ class RunReader:
                 self.projection = None if "projection" not in meta else _strings(meta["projection"])
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
-                self.created_at = str(meta.get("created_at", ""))
+                self.created_at = short(str(meta.get("created_at", "")), "the date")
                 self.slimmed = Slimmed.from_json(meta["slimmed"]) if "slimmed" in meta else None
                 """What is left in a slimmed run; None for others."""
         except TensAtlasError:
@@ -284,7 +287,7 @@ class RunReader:
         return found
 
     def lineage(self, number: int) -> list[Ancestor]:
-        """Return a robot and its ancestors, back to a random one or as far as the file goes.
+        """Return a robot and its ancestors, back to a random one, as far as the file goes or ``MAX_LINE``.
 
         Raises:
             RunFileError: there is no evaluation of that number, or one of the line is damaged.
@@ -293,14 +296,20 @@ class RunReader:
             records = self._tables.records(
                 "number IN (WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e"
                 # a parent is older; a file that says otherwise must not cause an endless loop
-                " JOIN line ON e.number = line.n WHERE e.parent < e.number) SELECT n FROM line)",
+                f" JOIN line ON e.number = line.n WHERE e.parent < e.number LIMIT {MAX_LINE})"
+                " SELECT n FROM line)",
                 (number,),
             )
             line = [Ancestor.of(r) for r in reversed(records)]
         if not line or line[0].number != number:
             raise RunFileError(f"{self.path} has no evaluation {number}")
         oldest = line[-1]
-        if self.format_version > 2 and oldest.parent is not None and oldest.parent < oldest.number:
+        if (
+            self.format_version > 2
+            and len(line) < MAX_LINE
+            and oldest.parent is not None
+            and oldest.parent < oldest.number
+        ):
             raise DamagedRunFile(self.path, f"is damaged: evaluation {oldest.parent} is missing")
         return line
 
@@ -440,6 +449,7 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
         or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
         or e.solution.controller.n_inputs != task.n_inputs
         or e.solution.morphology.stiffness_mode != config.stiffness
+        or bool(e.solution.morphology.rhythms) != (config.head_search == "rhythms")
     ):
         raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
 
@@ -447,7 +457,9 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
 def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
         raise InvalidData("expected a table of names and texts")
-    return {str(k): str(v) for k, v in data.items()}
+    if len(data) > MAX_FACTS:
+        raise InvalidData(f"a table of names and texts has at most {MAX_FACTS} rows, not {len(data)}")
+    return {short(str(k), "a name"): short(str(v), f"{k}", MAX_FACT) for k, v in data.items()}
 
 
 def changed_versions(path: Path) -> list[str]:

@@ -12,10 +12,16 @@ from engine.errors import InvalidData
 from engine.search.algorithm import Snapshot
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
+from engine.search.map_search import MAX_CELLS
 from engine.simulation.evaluation import Evaluation
-from engine.storage.layouts.tables import Closed, Record
+from engine.storage.layouts.tables import Closed, Record, short
 
-MAX_CELLS_PER_AXIS: Final = 200
+MAX_ARCHIVES: Final = 16
+"""Archives of a run; algorithms have two at the most."""
+MAX_FIGURES: Final = 100_000
+"""Characters of the figures of a generation."""
+MAX_LINE: Final = 2000
+"""Robots of a lineage that are read; those of evolved robots are a tenth as long."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,11 +82,16 @@ class Generation:
         Raises:
             InvalidData: as ``ArchiveFigures.from_json``, and as it others.
         """
+        archives = json.loads(short(closed.archives, "the figures of a generation", MAX_FIGURES))
+        if len(archives) > MAX_ARCHIVES:
+            raise InvalidData(f"a run has at most {MAX_ARCHIVES} archives, not {len(archives)}")
         return cls(
             number=closed.generation,
             n_evaluations=closed.n_evaluations,
             n_failed=closed.n_failed,
-            archives={k: ArchiveFigures.from_json(v) for k, v in json.loads(closed.archives).items()},
+            archives={
+                short(k, "an archive's name"): ArchiveFigures.from_json(v) for k, v in archives.items()
+            },
             seconds=closed.seconds,
         )
 
@@ -120,8 +131,9 @@ class Slimmed:
 
 
 def _axis(data: Any) -> Axis:
-    axis = Axis(str(data["name"]), finite(data["lower"]), finite(data["upper"]), int(data["n"]))
-    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
+    name = short(str(data["name"]), "an axis's name")
+    axis = Axis(name, finite(data["lower"]), finite(data["upper"]), int(data["n"]))
+    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS):
         raise InvalidData(f"an archive's axis is impossible: {axis}")
     return axis
 
@@ -140,7 +152,7 @@ def finite(value: Any) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Ancestor:
-    """One robot of a lineage.
+    """One robot of a lineage, of which ``MAX_LINE`` are read.
 
     Attributes:
         number: of its evaluation.

@@ -385,10 +385,14 @@ def _whole(value: Any) -> int:
 
 
 def body_text(body: Morphology) -> str:
-    """Return a body as text: its stiffness level, or those of its modules, and its faces: ``8/24336``."""
+    """Return a body as text: its stiffness level, or those of its modules, and its faces: ``8/24336``.
+
+    Its rhythms follow, if it has any: ``8/24336/01172``.
+    """
     level = body.stiffness_level
     levels = ",".join(map(str, level)) if isinstance(level, tuple) else str(level)
-    return f"{levels}/{''.join(map(str, body.faces))}"
+    parts = [levels, *("".join(map(str, genes)) for genes in (body.faces, body.rhythms) if genes)]
+    return "/".join(parts)
 
 
 @functools.lru_cache(maxsize=4096)
@@ -398,10 +402,13 @@ def body_of(text: str) -> Morphology:
     Raises:
         InvalidData: it is no such text.
     """
-    levels, _, faces = text.partition("/")
     try:
+        levels, *digits = text.split("/", 2)
+        if not all(digits):
+            raise ValueError
         parts = tuple(map(int, levels.split(",")))
-        return Morphology(parts if len(parts) > 1 else parts[0], tuple(map(int, faces)))
+        faces, rhythms = (tuple(map(int, genes)) for genes in (*digits, "")[:2])
+        return Morphology(parts if len(parts) > 1 else parts[0], faces, rhythms)
     except ValueError:
         raise InvalidData(f"{text!r:.60} is no body") from None
 

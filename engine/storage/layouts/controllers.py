@@ -14,7 +14,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from engine.control.genome import MAX_GENES, ConnectionGene, Controller, NodeGene
+from engine.control.genome import MAX_CONNECTIONS, MAX_NODES, ConnectionGene, Controller, NodeGene
 from engine.errors import InvalidData
 from engine.storage.layouts.numbers import Bytes, inflate, pack_bits, varint, zigzag
 
@@ -123,7 +123,7 @@ def decode(content: bytes, base: Genes = EMPTY) -> Genes:
     outer = Bytes(content)
     inner = Bytes(inflate(outer.take(outer.varint()), MAX_STRUCTURE))
     n_inputs, n_keys, n_links = inner.varint(), inner.varint(), inner.varint()
-    if max(n_keys, n_links) > MAX_GENES:
+    if n_keys > MAX_NODES or n_links > MAX_CONNECTIONS:
         raise InvalidData("a controller has too many genes")
     kept_keys, kept_links = inner.bits(len(base.keys)), inner.bits(len(base.links))
     keys = [k for k, keep in zip(base.keys, kept_keys, strict=True) if keep]

@@ -7,7 +7,7 @@ import functools
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -39,6 +39,15 @@ def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
     )
 
 
+_LONGEST: Final = {
+    "morphology": 10_000,
+    "controller": 4_000_000,
+    "distances": 1_000_000,
+    "trajectory": 4_000_000,
+}
+"""Characters or bytes of a column, several times what the largest robot needs in the longest trials."""
+
+
 def from_row(row: Any) -> Evaluation:
     """Read an evaluation back from its row, whose columns are found by name.
 
@@ -47,6 +56,9 @@ def from_row(row: Any) -> Evaluation:
     """
     where = f"evaluation {row['number']}"
     try:
+        for name, most in _LONGEST.items():
+            if len(row[name]) > most:
+                raise InvalidData(f"its {name} has a length of {len(row[name])}; {most} is the most")
         distances = np.array(json.loads(row["distances"]), dtype=float)
         trajectory = np.frombuffer(row["trajectory"], dtype="<f4")
         if distances.ndim != 2 or not distances.size or trajectory.size % (2 * len(distances)):

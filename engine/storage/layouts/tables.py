@@ -18,6 +18,10 @@ from engine.errors import InvalidData
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Origin
 
+MAX_NAME: Final = 100
+"""Characters of a name in a run file, which may be a stranger's."""
+MAX_FAILURE: Final = 10_000
+"""Characters of the reason of a failure."""
 CHUNK: Final = 500
 """Numbers in one query."""
 
@@ -29,6 +33,17 @@ Query = Callable[..., list[sqlite3.Row]]
 """Runs a statement, given as SQL and a tuple of parameters, and returns its rows."""
 Change = tuple[int, str, str, int | None]
 """A change of a map: generation, archive, cell, and the evaluation there from then on, if any."""
+
+
+def short(text: str, what: str, most: int = MAX_NAME) -> str:
+    """Return a text that is short enough to be shown.
+
+    Raises:
+        InvalidData: it is not.
+    """
+    if len(text) > most:
+        raise InvalidData(f"{what} has {len(text)} characters; {most} are the most")
+    return text
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -49,6 +64,13 @@ class Record:
     failure: str | None
 
     def __post_init__(self) -> None:
+        for what, text, most in (
+            ("operator", self.operator, MAX_NAME),
+            ("source", self.source, MAX_NAME),
+            ("failure", self.failure, MAX_FAILURE),
+        ):
+            if text is not None:
+                short(text, f"its {what}", most)
         fitness = self.fitness
         if fitness is not None and not (isinstance(fitness, float) and math.isfinite(fitness)):
             raise InvalidData(f"fitness must be a finite number, not {fitness!r}")

@@ -1,5 +1,6 @@
 import math
 import random
+import tracemalloc
 from types import SimpleNamespace
 
 import neat
@@ -8,8 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene, to_genome
-from engine.control.network import NetworkBatch, silenced
+from engine.control.genome import (
+    MAX_DEPTH,
+    MAX_NODES,
+    ConnectionGene,
+    Controller,
+    Neat,
+    NodeGene,
+    to_genome,
+)
+from engine.control.network import NetworkBatch, Plan, silenced
 from tests.support.made_up import controllers, examples, some_controller
 
 several = st.integers(0, 2).flatmap(
@@ -121,12 +130,62 @@ def test_a_response_scales_the_sum_but_not_the_bias():
     np.testing.assert_allclose(out, published(c, [[0.4]])[0], rtol=0, atol=1e-12)
 
 
-def test_a_deep_network_needs_no_recursion():
-    n = 1500
+def test_a_network_as_deep_as_may_be():
+    n = MAX_DEPTH - 1
     links = [(-1, 20, 1.0, True), *[(k, k + 1, 0.5, True) for k in range(20, 20 + n - 1)]]
     c = network(*links, (20 + n - 1, 0, 1.0, True), hidden=range(20, 20 + n), n_inputs=1)
-    # built, not run: a layer per node is slow and never evolved
-    assert NetworkBatch([c], n_outputs=1).n_inputs == 1
+    x = 0.3
+    for weight in (1.0, *[0.5] * (n - 1), 1.0):
+        x = sigma(weight * x)
+    assert NetworkBatch([c], n_outputs=1).activate(np.array([[[0.3]]]))[0, 0, 0] == pytest.approx(x)
+
+
+def test_the_largest_networks_take_memory_for_their_links_alone():
+    n, per_node = MAX_NODES - 20, 10
+    hidden = range(20, 20 + n)
+    # every tenth node leads to the next ten: a tenth of the longest chain that may be
+    links = [
+        (a, b, 1.0, True)
+        for a in range(20, 20 + n, per_node)
+        for b in range(a + per_node, min(a + 2 * per_node, 20 + n))
+        if (b - 20) // per_node % (MAX_DEPTH - 2)
+    ]
+    c = network(*links, *((k, k % 20, 1.0, True) for k in hidden), hidden=hidden, n_inputs=1)
+    tracemalloc.start()
+    batch = NetworkBatch([c] * 4)
+    batch.activate(np.zeros((4, 8, 1)))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 25e6  # four matrices of all nodes would take 125 MB
+
+
+def dense(controllers, inputs):
+    """What networks answer that are evaluated as matrices, with a sum over all sources, linked or not."""
+    found = np.empty((*inputs.shape[:2], 20))
+    for k, controller in enumerate(controllers):
+        plan = Plan(controller, 20)
+        n, n_hidden = controller.n_inputs, len(plan.hidden)
+        weights = np.zeros((n + n_hidden, n_hidden + 20))
+        for node in range(n_hidden + 20):
+            links = slice(plan.first[node], plan.first[node + 1])
+            weights[plan.source[links], node] = plan.weight[links]
+        values = np.zeros((inputs.shape[1], n_hidden + 20))
+        for _ in range(plan.depth + 1):
+            sources = np.concatenate([inputs[k], values[:, :n_hidden]], axis=1)
+            total = np.zeros_like(values)
+            for j, row in enumerate(weights):
+                total += sources[:, j, None] * row
+            total += plan.bias
+            values = 1.0 / (1.0 + np.exp(-np.clip(total, -60.0, 60.0)))
+        found[k] = values[:, n_hidden:]
+    return found
+
+
+@examples(60)
+@given(several, st.integers(0, 2**32))
+def test_outputs_are_the_bits_that_runs_of_the_first_version_have(networks, seed):
+    inputs = sensed(seed, len(networks), 3, networks[0].n_inputs)
+    assert NetworkBatch(networks).activate(inputs).tobytes() == dense(networks, inputs).tobytes()
 
 
 @examples(30)

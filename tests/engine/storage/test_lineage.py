@@ -40,6 +40,15 @@ def test_nobody_has_no_lineage(small_reader: RunReader) -> None:
         small_reader.lineage(999)
 
 
+def test_a_line_without_end_is_cut(small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.storage.reader.MAX_LINE", 5)
+    path = Path(shutil.copy(small_run, tmp_path / "long.tsmr"))
+    change(path, "UPDATE evaluations SET parent = number - 1 WHERE number > 0")
+    with RunReader(path) as reader:
+        assert [a.number for a in reader.lineage(12)] == [12, 11, 10, 9, 8]
+        assert [a.number for a in reader.lineage(2)] == [2, 1, 0]
+
+
 @pytest.mark.parametrize("parent", [17, 12, "12", 2.5, 10**18, b"x"])
 def test_a_file_that_lies_about_parents_does_not_lead_in_circles(
     small_run: Path, tmp_path: Path, parent: object
