@@ -39,10 +39,27 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV; every row ends its line, and None leaves a field empty."""
+    """Return rows as CSV; every row ends its line, and None leaves a field empty.
+
+    A text that a spreadsheet would take for a formula begins with an apostrophe.
+    """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows(map(_harmless, row) for row in rows)
     return text.getvalue()
+
+
+def _harmless(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    # the csv module does not quote a lone return, which ends a row for those who read it
+    value = value.replace("\r\n", "\n").replace("\r", "\n")
+    if not value.startswith(("=", "+", "-", "@", "\t")):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
 
 
 def read_toml(path: Path) -> dict[str, Any]:
