@@ -113,7 +113,7 @@ class SyntheticRun:
 
 
 def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int | None = None) -> RunConfig:
-    """Write a finished run with the trials of the published experiment.
+    """Write a finished run with trials as long and as many as the published ones.
 
     Args:
         path: of the run file, which must not exist.
@@ -121,7 +121,7 @@ def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int
         initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
     """
-    config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
+    config = replaced(preset("atlas"), evaluations=evaluations, initial=min(initial, evaluations))
     with SyntheticRun(path, config, modules=modules) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()
