@@ -72,7 +72,8 @@ class RunReader:
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""
         number = self._db.query("SELECT MAX(generation) FROM generations")[0][0]
-        return None if number is None else int(number)
+        with self.guard():
+            return None if number is None else self._count(number)
 
     def n_evaluations(self) -> int:
         """Return the number of saved evaluations, those of an open generation included.
@@ -83,7 +84,7 @@ class RunReader:
             "SELECT generation, n_evaluations FROM generations ORDER BY generation DESC LIMIT 1"
         )
         with self.guard():
-            last, n = (int(v) for v in closed[0]) if closed else (-1, 0)
+            last, n = (self._count(v) for v in closed[0]) if closed else (-1, 0)
         # numbers rise from generation to generation
         (opened,) = self._db.query(
             "SELECT COUNT(*) FROM evaluations WHERE number > COALESCE((SELECT number FROM evaluations"
@@ -100,6 +101,8 @@ class RunReader:
             (after,),
         )
         with self.guard():
+            for r in rows:
+                self._count(r["generation"]), self._count(r["n_evaluations"]), self._count(r["n_failed"])
             return [Generation.from_row(r) for r in rows]
 
     def last_closed(self) -> Generation | None:
@@ -334,6 +337,12 @@ class RunReader:
     def guard(self) -> Damage:
         """Return a context that reports unexpected data as damage to this file."""
         return self._db.guard()
+
+    def _count(self, value: Any) -> int:
+        """Return a number of evaluations, or of generations; whatever counts to it must come to an end."""
+        if not 0 <= int(value) <= 2 * self.config.evaluations:
+            raise InvalidData(f"{value!r} evaluations or generations of {self.config.evaluations} planned")
+        return int(value)
 
     def _checked(self, e: Evaluation) -> Evaluation:
         check_fits(self.config, e)

@@ -21,6 +21,7 @@ from engine.search.algorithm import Snapshot
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
 from engine.simulation.evaluation import Evaluation, Solution
+from engine.tasks import LARGEST_SCORE
 
 
 def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
@@ -55,10 +56,14 @@ def from_row(row: Any) -> Evaluation:
         if distances.ndim != 2 or not distances.size or trajectory.size % (2 * len(distances)):
             raise InvalidData(f"{where}: distances or trajectory have the wrong size")
         fitness = row["fitness"]
-        if fitness is not None and not (
-            isinstance(fitness, float) and math.isfinite(fitness) and np.isfinite(trajectory).all()
-        ):
-            raise InvalidData(f"{where}: fitness or trajectory is not a finite number")
+        if (np.abs(distances) > LARGEST_SCORE).any():
+            raise InvalidData(f"{where}: a distance is beyond {LARGEST_SCORE:g} m")
+        if fitness is not None:
+            if not isinstance(fitness, float):
+                raise InvalidData(f"{where}: its fitness is no number")
+            score(fitness)
+            if not (np.abs(trajectory) <= LARGEST_SCORE).all():
+                raise InvalidData(f"{where}: its trajectory is not finite, or beyond {LARGEST_SCORE:g} m")
         solution = Solution(
             number=int(row["number"]),
             morphology=Morphology.from_json(json.loads(row["morphology"])),
@@ -108,6 +113,8 @@ def _finite(values: np.ndarray) -> list[list[float | None]]:
 
 
 MAX_CELLS_PER_AXIS: Final = 200
+LARGEST_FIGURE: Final = 1e15
+"""What sums of scores stay below, and times in seconds and ends of axes too."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -173,7 +180,7 @@ class Generation:
             n_evaluations=int(row["n_evaluations"]),
             n_failed=int(row["n_failed"]),
             archives={k: ArchiveFigures.from_json(v) for k, v in json.loads(row["archives"]).items()},
-            seconds=float(row["seconds"]),
+            seconds=finite(row["seconds"]),
         )
 
 
@@ -194,7 +201,7 @@ class Summary:
         """
         return cls(
             generation=int(row["generation"]),
-            fitness=finite(row["fitness"]),
+            fitness=score(row["fitness"]),
             morphology=Morphology.from_json(json.loads(row["morphology"])),
         )
 
@@ -207,14 +214,26 @@ def _axis(data: Any) -> Axis:
 
 
 def finite(value: Any) -> float:
-    """Return a number of a file as a float.
+    """Return a number of a file as a float, one that can be added up and shown in centimetres.
 
     Raises:
-        InvalidData: it is infinite or not a number.
+        InvalidData: it is not a number, or beyond ``LARGEST_FIGURE``.
     """
     number = float(value)
-    if not math.isfinite(number):
-        raise InvalidData(f"expected a finite number, not {value!r}")
+    if not abs(number) <= LARGEST_FIGURE:
+        raise InvalidData(f"expected a finite number of at most {LARGEST_FIGURE:g}, not {number!r}")
+    return number
+
+
+def score(value: Any) -> float:
+    """Return a fitness of a file as a float.
+
+    Raises:
+        InvalidData: it is not a number, or beyond ``LARGEST_SCORE``.
+    """
+    number = finite(value)
+    if abs(number) > LARGEST_SCORE:
+        raise InvalidData(f"a fitness is beyond {LARGEST_SCORE:g} m: {number!r}")
     return number
 
 

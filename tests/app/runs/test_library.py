@@ -51,9 +51,7 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     assert "broken.py, line 1" in str(library.facts(path).problem)
 
 
-def test_a_name_that_is_no_text_is_shown_and_found(
-    library: Library, tmp_path: Path, small_run: Path
-) -> None:
+def test_a_name_that_is_no_text_is_shown_and_found(library: Library, tmp_path: Path, small_run: Path) -> None:
     (tmp_path / "shown").mkdir()
     for name in (b"a\xff.tsmr", b"a\xfe.tsmr", b"a\n.tsmr"):
         shutil.copy(small_run, tmp_path / "shown" / os.fsdecode(name))

@@ -23,10 +23,11 @@ from engine.storage.reader import RunReader
 from engine.storage.rows import from_row, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, TABLES
 from engine.storage.writer import RunWriter, is_being_written, lock_path
+from engine.tasks import LARGEST_SCORE
 from tests.support.made_up import MADE_UP, controllers, examples, held, made_up_evaluation, morphologies
 
 # adding zero makes 0.0 of -0.0, as the fitness function does: SQLite keeps no sign of a zero
-finite = st.floats(allow_nan=False, allow_infinity=False).map(lambda x: x + 0.0)
+finite = st.floats(-LARGEST_SCORE, LARGEST_SCORE).map(lambda x: x + 0.0)
 
 
 @pytest.fixture(scope="module")
