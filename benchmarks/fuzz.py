@@ -34,6 +34,7 @@ from rich.console import Console
 
 from app.runs.upload import keep
 from benchmarks.rows import Row, show
+from benchmarks.sealed import seal_again
 from engine.analysis.robustness import load_robust
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, create_algorithm, from_json, preset, replaced, to_json
@@ -214,7 +215,7 @@ def mutate_rows(content: bytes, rng: random.Random) -> bytes:
     if isinstance(value, int) and abs(value) >= 2**63:
         value = 2**63 - 1
     with suppress(sqlite3.Error):
-        match rng.randrange(8):
+        match rng.randrange(9):
             case 0:
                 db.execute(f"ALTER TABLE {table} RENAME TO gone")
                 endless = "WITH RECURSIVE x(number) AS (SELECT 1 UNION ALL SELECT number + 1 FROM x)"
@@ -225,11 +226,19 @@ def mutate_rows(content: bytes, rng: random.Random) -> bytes:
                 db.execute(f"DELETE FROM {table} WHERE random() % 2")
             case 3:
                 db.execute(f"ALTER TABLE {table} ADD COLUMN more AS (hex(zeroblob(100000000)))")
+            case 4 | 5:
+                column = rng.choice(("controller", "distances", "trajectory"))
+                number, old = rng.choice(db.execute(f"SELECT number, {column} FROM details").fetchall())
+                db.execute(f"UPDATE details SET {column} = ? WHERE number = ?", (mutate(old, rng), number))
             case _:
                 columns = [r[1] for r in db.execute(f"PRAGMA table_info({table})")]
                 column = rng.choice(columns)
                 some = rng.choice(("1", "random() % 3 = 0"))
                 db.execute(f"UPDATE {table} SET {column} = ? WHERE {some}", (value,))
+    # a stranger knows how digests are made
+    if rng.random() < 0.5:
+        with suppress(sqlite3.Error, ValueError):
+            seal_again(db)
     changed = db.serialize()
     db.close()
     return changed

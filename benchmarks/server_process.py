@@ -35,6 +35,11 @@ class ServerProcess:
         """Whether it runs."""
         return self._process.poll() is None
 
+    def end(self) -> None:
+        """End it as a supervisor does, and wait until it has ended."""
+        self._process.terminate()
+        self._process.wait(60)
+
     def cpu(self) -> float:
         """Return the CPU seconds that it has used, of all its threads."""
         fields = (self._folder / "stat").read_text().rpartition(")")[2].split()

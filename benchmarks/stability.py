@@ -1,7 +1,8 @@
 """Random robots of every size and stiffness through whole trials: ``python -m benchmarks.stability``.
 
 Prints one line per size and exits with 1 if a simulation diverged. With ``--task squeezing`` the robots
-have walls around them; a robot has passed the gate if its head got 18.9 cm ahead.
+have walls around them, which few of them reach; a robot has passed the gate if its head got 18.9 cm ahead.
+With ``--corridor 0.08`` walls stand so close that they cut into the settled robots, with a step before them.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from engine.control.genome import Neat
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
-from engine.tasks import GOAL_REACHING, get_task
+from engine.tasks import GOAL_REACHING, SQUEEZING, Task, get_task
+from engine.tasks.walls import Wall
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -30,6 +32,8 @@ class Arguments:
 
     task: str = GOAL_REACHING.name
     """Whose world the robots are in; they are tried on its first target."""
+    corridor: float | None = None
+    """Put all robots, which sense as in squeezing, into a corridor of this width in m instead."""
     robots: int = 200
     """How many; sizes and stiffness levels take turns, so that all occur."""
     seed: int = 0
@@ -40,7 +44,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> int:
     """Run and return the exit status."""
-    task = get_task(arguments.task)
+    task = get_task(arguments.task) if arguments.corridor is None else _corridor(arguments.corridor)
     rng, neat = random.Random(arguments.seed), Neat(n_inputs=task.n_inputs)
     sizes = range(MIN_MODULES, MAX_MODULES + 1)
     bodies = [
@@ -79,6 +83,18 @@ def main(arguments: Arguments) -> int:
             print(f"         robot {e.solution.number}, {e.solution.morphology}: {e.failure}")
     print(f"{failed} of {len(solutions)} diverged")
     return int(failed > 0)
+
+
+def _corridor(width: float) -> Task:
+    def walls(_target: int, _n_modules: int) -> tuple[Wall, ...]:
+        aside = width / 2.0 + 0.02
+        return (
+            Wall(centre=(-0.3, aside, 0.06), half_size=(0.9, 0.02, 0.06), yaw=0.05),
+            Wall(centre=(-0.3, -aside, 0.06), half_size=(0.9, 0.02, 0.06)),
+            Wall(centre=(0.05, 0.0, 0.01), half_size=(0.02, width / 2.0, 0.01), yaw=0.3),
+        )
+
+    return dataclasses.replace(SQUEEZING, walls=walls)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import typing
 from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal
 
-from engine.body.morphology import StiffnessMode
+from engine.body.morphology import HeadSearch, StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
 from engine.search.baselines import MorphologyMapElites, RandomSearch
@@ -21,7 +21,7 @@ from engine.search.variation import PUBLISHED, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
-from engine.tasks import Sensors, Task, get_task
+from engine.tasks import Bonus, Sensors, Task, get_task
 
 INLINE: Final = "inline"
 """Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
@@ -62,8 +62,12 @@ class RunConfig:
     """Sizes of DM-ME's and MAP-Elites' generations, and what describes a controller."""
     stiffness: StiffnessMode = "shared"
     """One stiffness for all modules of a robot, as published, or one for each."""
+    head_search: HeadSearch = "together"
+    """How the head is found: all modules pulse together, or each by a rhythm of its own that evolves."""
     sensors: Sensors = "relative"
     """Units of the built-in sensors: relative (to the distance at the start and to pi), or as published."""
+    bonus: Bonus = "depth"
+    """Squeezing's bonus is for a head 4 cm past the entrance (depth), or past it and 4 cm off its middle."""
     variation: VariationConfig = VariationConfig()
     """How new solutions come about."""
     vie_neat: VieNeatConfig = VieNeatConfig()
@@ -101,7 +105,7 @@ class RunConfig:
 
 def task_of(config: RunConfig) -> Task:
     """Return a run's task as its robots sense it; whatever drives a controller takes it from here."""
-    return get_task(config.task, config.sensors)
+    return get_task(config.task, config.sensors, config.bonus)
 
 
 def create_algorithm(config: RunConfig) -> Algorithm:
@@ -109,6 +113,7 @@ def create_algorithm(config: RunConfig) -> Algorithm:
     common: dict[str, Any] = {
         "n_inputs": get_task(config.task).n_inputs,
         "stiffness": config.stiffness,
+        "rhythms": config.head_search == "rhythms",
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
@@ -123,8 +128,11 @@ PRESETS: Final[dict[str, RunConfig]] = {
     "paper": RunConfig(
         map_search=MapSearchConfig(sensory="displacements"),
         sensors="centimetres",
-        variation=PUBLISHED,
+        bonus="distance",
+        head_search="rhythms",
+        variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
         vie_neat=VieNeatConfig(maximise="inverse"),
+        trials=TrialConfig(unfed_outputs="zero"),
     ),
     "quick": RunConfig(
         evaluations=600,
@@ -144,6 +152,9 @@ PRESETS: Final[dict[str, RunConfig]] = {
 ``atlas``: ours, with gentle mutations and relative sensors. ``paper``: the published experiment. ``quick``: a
 short ``atlas``, with one simulation per target instead of two and 600 evaluations. ``smoke``: seconds, the
 whole machinery, no science."""
+
+
+DEFAULT_PRESET: Final = "atlas"
 
 
 def preset(name: str) -> RunConfig:

@@ -15,7 +15,7 @@ import shutil
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -127,14 +127,16 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
 
     Equal robots of different runs have the same hash; the run's name, its seed and the noise do not count.
     """
-    # left out where they are as published, as robots were before there was a choice
-    sensors = {} if config.sensors == "centimetres" else {"sensors": config.sensors}
-    content = {
+    # left out where they are as robots were before there was a choice
+    choices = {"sensors": config.sensors, "unfed_outputs": config.trials.unfed_outputs}
+    former = {"sensors": "centimetres", "unfed_outputs": "bias"}
+    content: dict[str, Any] = {
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
-        "task": {"name": config.task, **task_version(config.task)} | sensors,
+        "task": {"name": config.task, **task_version(config.task)},
         "physics": dataclasses.asdict(config.physics),
     }
+    content["task"] |= {name: value for name, value in choices.items() if value != former[name]}
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
 

@@ -6,18 +6,37 @@ Equal content gives equal bytes. Files may come from strangers, so all that is r
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import json
 import math
+import os
+import stat
 import struct
 import tomllib
 import zipfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from engine.errors import UNEXPECTED_DATA, InvalidData
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading; a pipe or a device, whose reading may never end, is none.
+
+    Raises:
+        OSError: it cannot be opened, or is no regular file.
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file")
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
@@ -52,6 +71,25 @@ def parse_toml(text: str, *, file: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as e:
         raise InvalidData(f"{file}: not a TOML file: {e}") from None
+
+
+def toml_text(values: Mapping[str, Any]) -> str:
+    """Return values as TOML: numbers, texts and lists of them, and tables of these.
+
+    Equal values give equal text, and floats survive the trip exactly.
+    """
+    return "\n".join(_toml_lines(values, ())) + "\n"
+
+
+def _toml_lines(values: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
+    for key, value in values.items():
+        if not isinstance(value, Mapping):
+            yield f"{key} = {json.dumps(value, ensure_ascii=False, allow_nan=False)}"
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield ""
+            yield f"[{'.'.join((*path, key))}]"
+            yield from _toml_lines(value, (*path, key))
 
 
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, *UNEXPECTED_DATA)

@@ -17,7 +17,7 @@ from tyro.constructors import ConstructorRegistry, StructConstructorSpec, Struct
 from app.cli.progress import ProgressDisplay
 from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
-from engine.config import RunConfig, inline_tables, replaced
+from engine.config import DEFAULT_PRESET, RunConfig, inline_tables, replaced
 from engine.errors import as_typed
 from engine.runs import evolve
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
@@ -25,20 +25,20 @@ from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
 
-DEFAULT_PRESET: Final = "atlas"
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evolve:
     """Start an evolution, written to a new run file as it goes.
 
-    Every field of the configuration is a flag; fields that are not given come from the preset.
+    Every field of the configuration is a flag; what is not given comes from the file, then from the preset.
     """
 
     path: tyro.conf.Positional[Path]
     """Run file to create, *.tsmr."""
     preset: str = DEFAULT_PRESET
     """atlas (ours), paper (the published experiment), quick (a short atlas) or smoke (seconds)."""
+    file: Annotated[Path | None, tyro.conf.arg(name="config")] = None
+    """TOML file that describes the run; it may name the preset, and other flags win over it."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
     """Who computes the evaluations; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]

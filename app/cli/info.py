@@ -13,6 +13,7 @@ from rich.console import Console
 from engine.analysis.profile import Profile, threshold
 from engine.config import to_json
 from engine.files import readable_json
+from engine.runs.described import describe
 from engine.simulation.provenance import differing
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
@@ -27,6 +28,8 @@ class Info:
     """Run file."""
     json: bool = False
     """Print JSON, with the hash that equal runs share."""
+    config: bool = False
+    """Print the configuration as TOML, for a run that repeats this one: evolve RUN --config FILE."""
 
     def run(self, _: Console) -> None:
         """Print to standard output, as text or as JSON.
@@ -35,6 +38,9 @@ class Info:
             RunFileError: the file cannot be read.
         """
         with RunReader(self.path) as reader:
+            if self.config:
+                print(describe(reader.config), end="")
+                return
             facts = _facts(reader)
             if self.json:
                 facts["config"] = to_json(reader.config)
@@ -61,6 +67,7 @@ def _facts(reader: RunReader) -> dict[str, Any]:
         "seconds": round(last.seconds, 1) if last else 0.0,
         "created_at": reader.created_at,
         "projection": reader.projection,
+        "slimmed": None if reader.slimmed is None else {"robots": reader.slimmed.n_kept},
         "live": reader.is_live,
         "versions": reader.versions,
         "archives": _archive_facts(reader, last),
@@ -98,6 +105,12 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
     if reader.projection is not None:
         kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
         yield "projection", f"of {source}: {kind}"
+    if reader.slimmed is not None:
+        yield (
+            "slimmed",
+            f"it holds {reader.slimmed.n_kept} robots, all that the explorer shows, and of the others the"
+            " figures; it cannot be resumed",
+        )
     yield "failed", facts["failed"]
     if reader.task_change:
         yield "note", f"{reader.task_change}: results may differ"

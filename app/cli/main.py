@@ -18,17 +18,18 @@ from rich.console import Console
 from app.cli.campaign import Campaign
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
-from app.cli.evolve import CONFIG_FLAGS, DEFAULT_PRESET, Evolve, Resume
+from app.cli.evolve import CONFIG_FLAGS, Evolve, Resume
 from app.cli.explore import Explore, ReplayDump
 from app.cli.export import Export
 from app.cli.info import Info
 from app.cli.record import Record
 from app.cli.reevaluate import Reevaluate
-from app.cli.repair import Migrate, Recover
+from app.cli.repair import Migrate, Recover, Slim
 from app.cli.tables import Project, Table
 from app.cli.verify import Verify
-from engine.config import preset
+from engine.config import DEFAULT_PRESET, preset
 from engine.errors import TensAtlasError
+from engine.runs.described import read_described
 from engine.tasks import load_task
 
 USAGE_ERROR = 2
@@ -64,6 +65,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
     Doctor,
     Recover,
     Migrate,
+    Slim,
 )
 """Every command, in the order of the help; its class names it: ``ReplayDump`` is ``replay-dump``."""
 
@@ -92,16 +94,19 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _parse(arguments: list[str]) -> Command:
-    """Parse a command line; the defaults of ``evolve`` are those of the preset it names.
+    """Parse a command line; the defaults of ``evolve`` are those of the file and the preset it names.
 
     Raises:
-        InvalidData: there is no such preset.
+        InvalidData: there is no such preset, or the file is no description of a run.
         TaskError: the task file that it names has an error.
     """
-    config = preset(_named(arguments, "--preset", DEFAULT_PRESET))
+    config, chosen = preset(DEFAULT_PRESET), DEFAULT_PRESET
     if arguments[0] == "evolve":
         arguments = _with_task_loaded(arguments)
-    evolve = Evolve(path=tyro.MISSING, preset=DEFAULT_PRESET, config=config)
+        chosen = _named(arguments, "--preset", "")
+        file = _named(arguments, "--config", "")
+        config = read_described(Path(file), chosen or None) if file else preset(chosen or DEFAULT_PRESET)
+    evolve = Evolve(path=tyro.MISSING, preset=chosen or DEFAULT_PRESET, config=config)
     kinds: list[Any] = [
         Annotated[kind, tyro.conf.subcommand(default=evolve)] if kind is Evolve else kind for kind in COMMANDS
     ]

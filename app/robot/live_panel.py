@@ -14,6 +14,7 @@ from engine.config import RunConfig
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
+from engine.simulation.trials import driving
 from engine.tasks import get_task
 from viz.robot import network_diagram, servo_plot
 from viz.robot.network_diagram import NetworkDiagram
@@ -57,7 +58,7 @@ class LivePanel:
         solution = evaluation.solution
         self._names = get_task(config.task).inputs
         diagram = NetworkDiagram(
-            solution.controller,
+            driving(solution.controller, config.trials),
             solution.morphology.n_modules,
             self._names,
             head_is_end=evaluation.head_is_end,

@@ -3,6 +3,7 @@
 Read in this order:
 
 - ``library``: the run files on offer, opened once for all browsers, and a watch on those that are shown.
+- ``time_limit``: work with files that may never end.
 - ``run_names``: short names of runs, for lists and addresses.
 - ``launcher``: starts, pauses, resumes and stops runs as separate processes.
 - ``run_form``: the form of a new run. ``run_panel``: the progress of the shown run, with the form below.

@@ -26,6 +26,7 @@ from app.worker_flags import check_workers
 from engine import config
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
+from engine.files import open_file
 from engine.storage.lock import holder_of, is_being_written
 from engine.storage.schema import SUFFIX
 from engine.tasks import BUILT_IN
@@ -173,7 +174,7 @@ def last_words(path: Path) -> tuple[str, ...] | None:
     if is_being_written(path) or paused_path(path).exists() or not log.exists():
         return None
     try:
-        with open(log, "rb") as f:
+        with open_file(log) as f:
             f.seek(max(0, log.stat().st_size - 8000))
             text = f.read().decode(errors="replace")
     except OSError:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import functools
 import logging
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from app.runs.time_limit import TimeLimit
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.storage.reader import RunReader
@@ -18,6 +21,8 @@ log = logging.getLogger(__name__)
 
 POLL_INTERVAL = 0.25
 """Seconds between two checks of the shown runs."""
+ANSWER_TIME = 5.0
+"""Seconds that a file may take to be found, opened or read."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parents[2] / "saved_archives"
 NEW_RUNS = Path("runs")
 UPLOADS = NEW_RUNS / "uploads"
@@ -64,6 +69,9 @@ class Library:
 
     def __init__(self, places: Sequence[Path] = ()) -> None:
         self._places = tuple(places) or (PROJECT_ARCHIVES, NEW_RUNS)
+        self._limit = TimeLimit(ANSWER_TIME)
+        self._seen: dict[Path, list[Path]] = {}
+        """The runs that were in a place when it last answered."""
         self._readers: dict[Path, tuple[int, RunReader]] = {}
         self._mutex = threading.Lock()
         self._listeners: dict[object, tuple[Path, Listener, RunStatus]] = {}
@@ -72,26 +80,26 @@ class Library:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop watching and close all files."""
+        """Stop watching and close all files; what does not answer is left as it is."""
         self._stop.set()
-        self._thread.join()
+        self._thread.join(ANSWER_TIME)
         with self._mutex:
-            for _, reader in self._readers.values():
-                reader.close()
+            readers = [(path, reader) for path, (_, reader) in self._readers.items()]
             self._readers.clear()
+        for path, reader in readers:
+            self._let_go(path, reader)
 
     def runs(self) -> list[Path]:
-        """Return the run files on offer: those named first, then by name; a new run appears by itself."""
-        found: dict[Path, None] = {}
-        for place in self._places:
-            if place.is_dir():
-                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
-            elif place.is_file():
-                found[place] = None
-        for place in (NEW_RUNS, UPLOADS):
-            if place.is_dir():
-                found |= dict.fromkeys(sorted(p for p in place.iterdir() if p.suffix == SUFFIX))
-        return list(dict.fromkeys(p.resolve() for p in found))
+        """Return the run files on offer: those named first, then by name; a new run appears by itself.
+
+        Of a folder that does not answer, those that were in it when it did.
+        """
+        found: list[Path] = []
+        for place in dict.fromkeys((*self._places, NEW_RUNS, UPLOADS)):
+            with contextlib.suppress(TimeoutError, OSError):
+                self._seen[place] = self._limit.call(place, "list", functools.partial(_runs_in, place))
+            found += self._seen.get(place, ())
+        return list(dict.fromkeys(found))
 
     def shown(self, path: Path | None) -> RunReader:
         """Return the reader of the run that a browser shows, as ``reader``.
@@ -110,18 +118,26 @@ class Library:
             RunFileError: it cannot be opened.
             TaskError: a user's task file, which may hold its task, has an error.
         """
+        try:
+            inode = self._limit.call(path.parent, ("find", path), path.stat).st_ino
+            with self._mutex:
+                known = self._readers.get(path)
+            if known is not None and known[0] == inode:
+                return known[1]
+            opened = self._limit.call(path.parent, ("open", path), lambda: RunReader(path))
+        except TimeoutError:
+            raise RunFileError(f"{path} does not answer; is its disk within reach?") from None
+        except OSError:
+            raise RunFileError(f"{path} does not exist any more") from None
+        left: RunReader | None = opened
         with self._mutex:
-            try:
-                inode = path.stat().st_ino
-            except OSError:
-                raise RunFileError(f"{path} does not exist any more") from None
             known = self._readers.get(path)
             if known is None or known[0] != inode:
-                if known is not None:
-                    known[1].close()
-                known = (inode, RunReader(path))
-                self._readers[path] = known
-            return known[1]
+                left = None if known is None else known[1]
+                known = self._readers[path] = (inode, opened)
+        if left is not None and left is not known[1]:
+            self._let_go(path, left)
+        return known[1]
 
     def status(self, path: Path) -> RunStatus:
         """Return the progress of a run.
@@ -136,9 +152,13 @@ class Library:
         """Return a run's line in a list of runs, as of its last generation, which costs little to read."""
         try:
             reader = self.reader(path)
-            last, live = reader.last_closed(), reader.is_live
+            last, live = self._limit.call(
+                path.parent, ("facts", path), lambda: (reader.last_closed(), reader.is_live)
+            )
         except TensAtlasError as e:
             return RunFacts(problem=str(e))
+        except TimeoutError:
+            return RunFacts(problem=f"{path} does not answer")
         best = [f.best for f in last.archives.values() if f.best is not None] if last else []
         n, budget = last.n_evaluations if last else 0, reader.config.evaluations
         return RunFacts(
@@ -160,6 +180,11 @@ class Library:
         with self._mutex:
             self._listeners.pop(key, None)
 
+    def _let_go(self, path: Path, reader: RunReader) -> None:
+        """Close a reader, unless its disk does not answer."""
+        with contextlib.suppress(TimeoutError):
+            self._limit.call(path.parent, ("close", reader), reader.close)
+
     def _watch(self) -> None:
         while not self._stop.wait(POLL_INTERVAL):
             with self._mutex:
@@ -167,8 +192,10 @@ class Library:
             statuses: dict[Path, RunStatus] = {}
             for key, (path, listener, before) in watched.items():
                 try:
-                    status = statuses.get(path) or self.status(path)
-                except TensAtlasError:
+                    status = statuses.get(path) or self._limit.call(
+                        path.parent, ("status", path), functools.partial(self.status, path)
+                    )
+                except (TensAtlasError, TimeoutError):
                     continue  # shown again as soon as it can be read again
                 statuses[path] = status
                 if status == before:
@@ -182,3 +209,13 @@ class Library:
                     listener(path, status)
                 except Exception:  # one browser's trouble must not end the others' updates
                     log.exception("a browser could not be told about %s", path)
+
+
+def _runs_in(place: Path) -> list[Path]:
+    """Return the run files of a folder by name, or the file itself; pipes and devices are none.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    found = sorted(p for p in place.iterdir() if p.suffix == SUFFIX) if place.is_dir() else [place]
+    return [p.resolve() for p in found if p.is_file()]

@@ -20,13 +20,14 @@ from app.gui.viser_private import Gate
 from app.runs.library import UPLOADS
 from engine.errors import InvalidData, RunFileError, TensAtlasError
 from engine.storage.reader import RunReader
-from engine.storage.schema import SUFFIX, TABLES
+from engine.storage.schema import KNOWN_TABLES, SUFFIX
 
 MAX_BYTES: Final = 200_000_000
 """Size of the largest file that is taken."""
 MAX_FILES: Final = 20
 """Largest number of files that are kept."""
-_KNOWN: Final = set(re.findall(r"CREATE TABLE (\w+)", TABLES))
+MAX_GENERATIONS: Final = 20_000
+"""Of a file: each of its browsers holds them all."""
 _unsafe = re.compile(r"[^A-Za-z0-9_-]+")
 _one_at_a_time = threading.Lock()
 
@@ -104,6 +105,11 @@ def check(path: Path) -> None:
     """
     _check_tables(path)
     with RunReader(path) as reader:
+        last = reader.last_generation()
+        if last is not None and last >= MAX_GENERATIONS:
+            raise RunFileError(
+                f"{path} has more than {MAX_GENERATIONS} generations: too many to be shown here"
+            )
         generations = reader.generations()
         if generations:
             elites = reader.elites(generations[-1])
@@ -121,9 +127,9 @@ def _check_tables(path: Path) -> None:
             db.execute("PRAGMA trusted_schema=OFF")
             for kind, table, sql in db.execute("SELECT type, tbl_name, sql FROM sqlite_master").fetchall():
                 plain = kind == "table" and "VIRTUAL" not in str(sql).upper()
-                if table not in _KNOWN or not (plain or (kind == "index" and sql is None)):
+                if table not in KNOWN_TABLES or not (plain or (kind == "index" and sql is None)):
                     raise RunFileError(f"{path} is not a TensAtlas run file: it has a {kind} {table!r}"[:300])
-            for table in sorted(_KNOWN):  # one that is missing has no columns
+            for table in sorted(KNOWN_TABLES):  # one that is missing has no columns
                 # 0 is an ordinary column; others are computed or hidden
                 if any(row[6] for row in db.execute(f"PRAGMA table_xinfo({table})")):
                     raise RunFileError(f"{path} is not a TensAtlas run file: {table} has computed columns")

@@ -20,10 +20,13 @@ import numpy as np
 
 from engine.analysis.elite_maps import EliteMap
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
+from engine.files import open_file
+from engine.storage.layouts.tables import score
 from engine.storage.reader import RunReader
-from engine.storage.rows import score
 
 FORMAT: Final = 1
+MAX_BYTES: Final = 100_000_000
+"""Size of the largest file of results that is read."""
 MAX_REPEATS: Final = 100
 SUFFIX: Final = ".robust.json"
 
@@ -128,7 +131,11 @@ def load_robust(path: Path) -> Robustness:
         InvalidData: the file is missing, damaged, of something else or of a newer version.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        with open_file(path) as f:
+            content = f.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise InvalidData(f"{path} is too large for results of reevaluate")
+        data = json.loads(content)
     except FileNotFoundError:
         raise InvalidData(f"{path} does not exist; make it with 'tensatlas reevaluate'") from None
     except OSError as e:

@@ -16,6 +16,7 @@ from engine.body import servo
 from engine.config import RunConfig, task_of
 from engine.control.network import NetworkBatch
 from engine.simulation.evaluation import Solution
+from engine.simulation.trials import driving
 from engine.tasks import Task
 from engine.tasks.loading import made_up_view
 from engine.tasks.task import sensed
@@ -45,7 +46,9 @@ def steers(config: RunConfig, solutions: Sequence[Solution]) -> list[bool]:
         n = s.morphology.n_modules
         if n not in inputs:
             inputs[n] = _sensed_at_start(task, n)
-        outputs = NetworkBatch([s.controller], n_outputs=2 * n).activate(inputs[n][None])[0]
+        outputs = NetworkBatch([driving(s.controller, config.trials)], n_outputs=2 * n).activate(
+            inputs[n][None]
+        )[0]
         commands = np.concatenate(
             [
                 servo.pick(servo.FREQUENCIES, outputs[:, 0::2]),

@@ -7,22 +7,26 @@ import dataclasses
 import math
 import random
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from random import Random
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 import neat
 from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 
 from engine.body.module import MAX_MODULES
+from engine.control.neat_092 import Genome092
 from engine.errors import InvalidData
 from engine.exact import cosine_and_sine, logarithm
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""
-MAX_GENES: Final = 10_000
-"""More nodes or connections than this in data from outside are refused."""
+MAX_NODES: Final = 2_000
+MAX_CONNECTIONS: Final = 20_000
+MAX_DEPTH: Final = 200
+"""Connections in a row. A network beyond one of the three costs too much to be shown: files may come from
+strangers. Evolved ones have some 30 nodes, 80 connections and 3 in a row."""
 MAX_HIDDEN: Final = 100
 LEAST: Final = 0.001
 """Smallest rate and power of the biases. Every controller has biases, so every one can be mutated."""
@@ -93,11 +97,13 @@ class NeatRates:
     """Probability that a hidden neuron is added, in the middle of a link."""
     neuron_remove: float = 0.04
     """Probability that a hidden neuron is removed, with its links."""
+    version: Literal["2.0", "0.92"] = "2.0"
+    """NEAT-Python whose rules add links and neurons and cross controllers; 0.92 is the paper's."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.hidden <= MAX_HIDDEN:
             raise InvalidData(f"hidden must be from 0 to {MAX_HIDDEN}, not {self.hidden}")
-        for field in dataclasses.fields(self)[1:]:
+        for field in (f for f in dataclasses.fields(self) if f.type == "float"):
             least = LEAST if field.name in ("bias_rate", "bias_power", "weight_power") else 0.0
             most = MAX_POWER if field.name.endswith("power") else 1.0
             if not least <= getattr(self, field.name) <= most:
@@ -140,7 +146,10 @@ PUBLISHED_RATES: Final = NeatRates(
     neuron_add=0.2,
     neuron_remove=0.2,
 )
-"""The rates of the authors' published configuration."""
+"""The rates of the authors' published configuration; ``paper`` has NEAT-Python 0.92 as well."""
+
+
+_KINDS: Final = {"2.0": neat.DefaultGenome, "0.92": Genome092}
 
 
 def logistic(z: float) -> float:
@@ -234,32 +243,54 @@ class Neat:
         self.config = DefaultGenomeConfig(parameters)
         self.config.add_activation("logistic", logistic)
         self.config.innovation_tracker = InnovationTracker()
+        self.kind: type[neat.DefaultGenome] = _KINDS[rates.version]
+        """The library's genome, with the operators asked for."""
         self._next_node = N_OUTPUTS + rates.hidden
 
     def random(self, rng: Random) -> Controller:
         """Draw a new controller, its hidden nodes between all inputs and all outputs."""
         self.config.node_indexer = iter(range(N_OUTPUTS, N_OUTPUTS + self.config.num_hidden))
-        genome = neat.DefaultGenome(0)
+        genome = self.kind(0)
         with lend_random(rng):
             genome.configure_new(self.config)
         return from_genome(genome, self.config.num_inputs)
 
     def mutate(self, parent: Controller, rng: Random) -> Controller:
-        """Return a mutated copy: NEAT's structural mutations, then weights and biases."""
-        genome = to_genome(parent, self.config)
+        """Return a mutated copy: NEAT's structural mutations, then weights and biases.
+
+        A network that would grow too large for a controller grows no further.
+        """
         self.config.node_indexer = self._count_nodes()
         with lend_random(rng):
+            genome = to_genome(parent, self.config, self.kind)
             genome.mutate(self.config)
+            if not _fits(genome):
+                genome = to_genome(parent, self.config, self.kind)
+                with self._without_growth():
+                    genome.mutate(self.config)
         return from_genome(genome, self.config.num_inputs)
+
+    @contextlib.contextmanager
+    def _without_growth(self) -> Iterator[None]:
+        names = ("node_add_prob", "conn_add_prob")
+        usual = {name: getattr(self.config, name) for name in names}
+        for name in names:
+            setattr(self.config, name, 0.0)
+        try:
+            yield
+        finally:
+            for name, value in usual.items():
+                setattr(self.config, name, value)
 
     def cross(self, fitter: Controller, other: Controller, rng: Random) -> Controller:
         """Return a child of two controllers.
 
-        Links of one innovation, and nodes of one key, come from either; what only one has, from the fitter.
+        Links of one innovation (in version 0.92, between the same nodes) and nodes of one key come from
+        either; what only one has, from the fitter.
         """
         parents = [to_genome(c, self.config) for c in (fitter, other)]
         parents[0].fitness, parents[1].fitness = 1.0, 0.0
-        child = neat.DefaultGenome(0)
+        child = self.kind(0)
         with lend_random(rng):
             child.configure_crossover(*parents, self.config)
         return from_genome(child, self.config.num_inputs)
@@ -286,9 +317,11 @@ class Neat:
             yield self._next_node - 1
 
 
-def to_genome(controller: Controller, config: DefaultGenomeConfig) -> neat.DefaultGenome:
-    """Return a NEAT-Python genome equal to a controller."""
-    genome = neat.DefaultGenome(0)
+def to_genome(
+    controller: Controller, config: DefaultGenomeConfig, kind: type[neat.DefaultGenome] = neat.DefaultGenome
+) -> neat.DefaultGenome:
+    """Return a NEAT-Python genome, of one of its kinds, equal to a controller."""
+    genome = kind(0)
     for n in controller.nodes:
         gene = config.node_gene_type(n.key)
         gene.bias, gene.response = n.bias, n.response
@@ -311,6 +344,15 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
             ConnectionGene(k[0], k[1], g.weight, g.enabled, g.innovation)
             for k, g in genome.connections.items()
         ),
+    )
+
+
+def _fits(genome: neat.DefaultGenome) -> bool:
+    """Tell whether a genome is no larger than a controller may be."""
+    return (
+        len(genome.nodes) <= MAX_NODES
+        and len(genome.connections) <= MAX_CONNECTIONS
+        and _depth(genome.connections) <= MAX_DEPTH
     )
 
 
@@ -347,8 +389,11 @@ def lend_random(rng: Random) -> Iterator[None]:
 def _validate(c: Controller) -> None:
     if type(c.n_inputs) is not int or not 1 <= c.n_inputs <= 100:
         raise InvalidData(f"a controller has 1 to 100 inputs, not {c.n_inputs!r}")
-    if max(len(c.nodes), len(c.connections)) > MAX_GENES:
-        raise InvalidData(f"a controller has at most {MAX_GENES} genes of a kind")
+    if len(c.nodes) > MAX_NODES or len(c.connections) > MAX_CONNECTIONS:
+        raise InvalidData(
+            f"a controller has at most {MAX_NODES} nodes and {MAX_CONNECTIONS} connections,"
+            f" not {len(c.nodes)} and {len(c.connections)}"
+        )
     for n in c.nodes:
         if type(n.key) is not int or not 0 <= n.key < 2**53:
             raise InvalidData(f"a node's key must be a whole number from 0, not {n.key!r}")
@@ -368,25 +413,35 @@ def _validate(c: Controller) -> None:
         if link.source not in sources or link.target not in keys or pair in seen:
             raise InvalidData(f"connection {pair} is repeated or does not join two of the nodes")
         seen.add(pair)
-    _check_acyclic(seen)
+    if (depth := _depth(seen)) > MAX_DEPTH:
+        raise InvalidData(f"a controller has at most {MAX_DEPTH} connections in a row, not {depth}")
 
 
-def _check_acyclic(pairs: set[tuple[int, int]]) -> None:
+def _depth(pairs: Collection[tuple[int, int]]) -> int:
+    """Return how many connections, given as source and target, lie in a row at the most.
+
+    Raises:
+        InvalidData: they form a cycle.
+    """
     incoming: dict[int, int] = {}
     outgoing: dict[int, list[int]] = {}
     for source, target in pairs:
         incoming[target] = incoming.get(target, 0) + 1
         outgoing.setdefault(source, []).append(target)
     ready = [k for k in outgoing if k not in incoming]
+    level = dict.fromkeys(ready, 0)
     removed = 0
     while ready:
-        for target in outgoing.get(ready.pop(), []):
+        node = ready.pop()
+        for target in outgoing.get(node, []):
             removed += 1
             incoming[target] -= 1
+            level[target] = max(level.get(target, 0), level[node] + 1)
             if not incoming[target]:
                 ready.append(target)
     if removed != len(pairs):
         raise InvalidData("a controller's network must have no cycle")
+    return max(level.values(), default=0)
 
 
 def _check_finite(*values: Any) -> None:

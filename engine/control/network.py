@@ -2,18 +2,54 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from engine.control.genome import N_OUTPUTS, Controller
 
+SILENT: Final = -60.0
+"""A bias that makes an output 0 to rounding: the logistic function of it is 1e-26."""
+
+
+def silenced(controller: Controller) -> Controller:
+    """Return a controller as NEAT-Python 0.92 evaluates it: what lacks an input is 0.
+
+    There a neuron is evaluated after all that it has enabled links from. One without an enabled link is never
+    evaluated, nor is any that hangs on it, and an output that is not evaluated is 0. In version 2 the neuron
+    is the logistic function of its bias.
+    """
+    outgoing: dict[int, list[int]] = {}
+    waiting: dict[int, int] = {}
+    for c in controller.connections:
+        if c.enabled:
+            outgoing.setdefault(c.source, []).append(c.target)
+            waiting[c.target] = waiting.get(c.target, 0) + 1
+    evaluated = {-1 - i for i in range(controller.n_inputs)}
+    ready = list(evaluated)
+    while ready:
+        for target in outgoing.get(ready.pop(), []):
+            waiting[target] -= 1
+            if not waiting[target]:
+                evaluated.add(target)
+                ready.append(target)
+    silent = set(range(N_OUTPUTS)) - evaluated
+    if not silent:
+        return controller
+    return Controller(
+        n_inputs=controller.n_inputs,
+        nodes=tuple(dataclasses.replace(n, bias=SILENT) if n.key in silent else n for n in controller.nodes),
+        connections=tuple(c for c in controller.connections if c.target not in silent),
+    )
+
 
 class NetworkBatch:
-    """Several networks, padded to one size, evaluated together.
+    """Several networks, evaluated together.
 
     The order of summation depends on the network alone, so its outputs are the same bits whichever networks
-    share the batch.
+    share the batch. Work and memory grow with the number of links.
 
     Args:
         controllers: the networks, all with the same number of inputs.
@@ -22,24 +58,28 @@ class NetworkBatch:
 
     def __init__(self, controllers: Sequence[Controller], *, n_outputs: int = N_OUTPUTS) -> None:
         plans = [Plan(c, n_outputs) for c in controllers]
-        self.n_inputs = controllers[0].n_inputs
-        self.hidden_keys = [tuple(p.hidden) for p in plans]
-        """Per network the keys of the hidden nodes that its outputs depend on."""
-        self._depth = max(p.depth for p in plans)
-        n_hidden = max(len(p.hidden) for p in plans)
-        shape = (len(plans), n_hidden)
-        n_sources = self.n_inputs + n_hidden
-        self._hidden_bias = np.zeros(shape)
-        self._hidden_weights = np.zeros((n_sources, *shape))
-        self._output_bias = np.zeros((len(plans), n_outputs))
-        self._output_weights = np.zeros((n_sources, len(plans), n_outputs))
-        for k, plan in enumerate(plans):
-            h = len(plan.hidden)
-            used = self.n_inputs + h
-            self._hidden_bias[k, :h] = plan.bias[:h]
-            self._hidden_weights[:used, k, :h] = plan.weights[:, :h]
-            self._output_bias[k] = plan.bias[h:]
-            self._output_weights[:used, k] = plan.weights[:, h:]
+        self.n_inputs = n = controllers[0].n_inputs
+        # one row of values for each input and node, one network after the other
+        begins = np.cumsum([0, *(n + len(plan.bias) for plan in plans)])
+        self._n_rows = int(begins[-1])
+        self._inputs = begins[:-1, None] + np.arange(n)
+        self._outputs = begins[1:, None] + np.arange(-n_outputs, 0)
+        parts = list(zip(begins.tolist(), plans, strict=False))
+        row = np.concatenate([begin + n + np.arange(len(plan.bias)) for begin, plan in parts])
+        bias = np.concatenate([plan.bias for plan in plans])
+        n_links = np.concatenate([np.diff(plan.first) for plan in plans])
+        source = np.concatenate([begin + plan.source for begin, plan in parts])
+        weight = np.concatenate([plan.weight for plan in plans])
+        first = np.cumsum([0, *n_links.tolist()])
+        # the outputs come last: some have no links, some lead from the deepest hidden nodes
+        deepest = max(plan.depth for plan in plans)
+        levels = [[*(plan.level[k] for k in plan.hidden), *[deepest + 1] * n_outputs] for plan in plans]
+        level = np.concatenate(levels)
+        self._layers = []
+        for number in range(1, deepest + 2):
+            nodes = np.flatnonzero(level == number)
+            nodes = nodes[np.argsort(-n_links[nodes], kind="stable")]  # those with most links first
+            self._layers.append(_Layer(row[nodes], bias[nodes], n_links[nodes], first[nodes], source, weight))
 
     def activate(self, inputs: np.ndarray) -> np.ndarray:
         """Evaluate every network on its own inputs.
@@ -50,26 +90,59 @@ class NetworkBatch:
         Returns:
             (networks, samples, n_outputs) array of outputs, each in (0, 1).
         """
-        return self.activations(inputs)[1]
+        return np.ascontiguousarray(self.values(inputs)[self._outputs].transpose(0, 2, 1))
 
-    def activations(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Evaluate every network on its own inputs and return all its neurons.
+    def values(self, inputs: np.ndarray) -> np.ndarray:
+        """Evaluate every network on its own inputs and return all its values.
 
         Args:
             inputs: (networks, samples, n_inputs) array.
 
         Returns:
-            (networks, samples, n_hidden) hidden neurons, each network's in the order of ``hidden_keys`` and
-            padded; (networks, samples, n_outputs) outputs. All in (0, 1).
+            (rows, samples) values: of each network its inputs, then the hidden nodes that its outputs depend
+            on, in the order of ``Plan.hidden``, then its outputs.
         """
-        n_hidden = self._hidden_bias.shape[1]
-        hidden = np.zeros((*inputs.shape[:2], n_hidden))
-        # hidden nodes `depth` links away from the inputs are final after `depth` sweeps
-        for _ in range(self._depth):
-            sources = np.concatenate([inputs, hidden], axis=2)
-            hidden = _layer(sources, self._hidden_weights, self._hidden_bias)
-        sources = np.concatenate([inputs, hidden], axis=2)
-        return hidden, _layer(sources, self._output_weights, self._output_bias)
+        values = np.empty((self._n_rows, inputs.shape[1]))
+        values[self._inputs] = inputs.transpose(0, 2, 1)
+        for layer in self._layers:
+            layer.evaluate(values)
+        return values
+
+
+class _Layer:
+    """Nodes that depend on inputs and earlier layers alone.
+
+    Args:
+        row: (nodes,) where their values are.
+        bias: (nodes,) of each.
+        n_links: (nodes,) that lead to each, falling.
+        first: (nodes,) index of the first of them; the others of a node follow it.
+        source, weight: (links,) of all links.
+    """
+
+    def __init__(
+        self,
+        row: np.ndarray,
+        bias: np.ndarray,
+        n_links: np.ndarray,
+        first: np.ndarray,
+        source: np.ndarray,
+        weight: np.ndarray,
+    ) -> None:
+        self._row, self._bias = row, bias[:, None]
+        self._steps = []
+        for k in range(max(n_links, default=0)):
+            links = first[: np.count_nonzero(n_links > k)] + k
+            self._steps.append((source[links], weight[links, None]))
+
+    def evaluate(self, values: np.ndarray) -> None:
+        """Set the nodes' values to logistic(bias + weighted sum), added up in the order of their sources."""
+        total = np.zeros((len(self._row), values.shape[1]))
+        for source, weight in self._steps:
+            total[: len(source)] += values[source] * weight
+        total += self._bias
+        np.clip(total, -60.0, 60.0, out=total)
+        values[self._row] = 1.0 / (1.0 + np.exp(-total))
 
 
 class Network:
@@ -96,23 +169,12 @@ class Network:
         Args:
             sensed: (n_inputs,) what the controller senses.
         """
-        hidden, outputs = self._batch.activations(np.asarray(sensed, dtype=float)[None, None])
-        found = dict(zip(self._batch.hidden_keys[0], hidden[0, 0].tolist(), strict=False))
-        return found | dict(zip(self.outputs, outputs[0, 0].tolist(), strict=True))
-
-
-def _layer(sources: np.ndarray, weights: np.ndarray, bias: np.ndarray) -> np.ndarray:
-    """Return logistic(bias + weighted sum), added up source by source."""
-    total = np.zeros((*sources.shape[:2], bias.shape[1]))
-    for j, w in enumerate(weights):
-        total += sources[:, :, j, None] * w[:, None, :]
-    total += bias[:, None, :]
-    np.clip(total, -60.0, 60.0, out=total)
-    return 1.0 / (1.0 + np.exp(-total))
+        values = self._batch.values(np.asarray(sensed, dtype=float)[None, None])[self.n_inputs :, 0]
+        return dict(zip([*self.levels, *self.outputs], values.tolist(), strict=True))
 
 
 class Plan:
-    """One network's expressed part as dense arrays: hidden nodes in topological order, then outputs.
+    """One network's expressed part: hidden nodes in topological order, then outputs, and the links into each.
 
     Args:
         controller: the network.
@@ -120,10 +182,13 @@ class Plan:
 
     Attributes:
         hidden: keys of the H hidden nodes that are used, each after all that it depends on.
-        depth: links on the longest way from an input to a hidden node.
+        level: by key of a node that is used, links on the longest way to it from an input.
+        depth: the largest level of a hidden node.
         bias: (H + n_outputs,) of the hidden nodes, then of the outputs.
-        weights: (n_inputs + H, H + n_outputs) from the inputs and hidden nodes to hidden nodes and outputs,
-            times the response of the node they lead to; 0 where there is no link.
+        first: (H + n_outputs + 1,) where the links into each of them begin; the last is how many there are.
+        source: (links,) where each comes from: an input, or n_inputs plus a hidden node. Those of one node
+            rise.
+        weight: (links,) of each, times the response of the node it leads to; never 0.
     """
 
     def __init__(self, controller: Controller, n_outputs: int) -> None:
@@ -148,11 +213,15 @@ class Plan:
         self.hidden = sorted((k for k in level if k >= N_OUTPUTS), key=lambda k: (level[k], k))
         self.depth = max((level[k] for k in self.hidden), default=0)
         order = [*self.hidden, *range(n_outputs)]
-        column = {k: i for i, k in enumerate(order)}
-        row = {-1 - i: i for i in range(controller.n_inputs)}
-        row |= {k: controller.n_inputs + i for i, k in enumerate(self.hidden)}
-        self.bias = np.array([genes[k].bias for k in order])
-        self.weights = np.zeros((controller.n_inputs + len(self.hidden), len(order)))
-        for source, target, weight in links:
-            if target in column:
-                self.weights[row[source], column[target]] = weight * genes[target].response
+        place = {k: i for i, k in enumerate(order)}
+        value = {-1 - i: i for i in range(controller.n_inputs)}
+        value |= {k: controller.n_inputs + i for i, k in enumerate(self.hidden)}
+        used = sorted(
+            (place[target], value[source], weight * genes[target].response)
+            for source, target, weight in links
+            if target in place and weight * genes[target].response
+        )
+        self.bias = np.array([genes[k].bias for k in order], dtype=float)
+        self.first = np.searchsorted([node for node, _, _ in used], np.arange(len(order) + 1))
+        self.source = np.array([source for _, source, _ in used], dtype=np.int64)
+        self.weight = np.array([weight for _, _, weight in used], dtype=float)

@@ -26,6 +26,7 @@ from engine.replay.replay import repeat_trial
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head
+from engine.simulation.trials import driving
 from engine.tasks import sensed
 from engine.tasks.squeezing import SENSOR_RANGE
 
@@ -118,7 +119,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
         "input_names": "\n".join(f"//   {i}: {_comment(name)}" for i, name in enumerate(task.inputs)),
         "start_inputs": _numbers(first, 7),
         "target": _comment(task.target_names[0]),
-        **_network(Plan(solution.controller, 2 * n), task.n_inputs),
+        **_network(Plan(driving(solution.controller, config.trials), 2 * n), task.n_inputs),
         "n_cables": len(t.SERVO_NODES),
         "servo_nodes": ", ".join(map(str, t.SERVO_NODES)),
         "lengths": "\n".join(f"    {{{_numbers(1000.0 * row, 7)}}}," for row in servo.TARGET_LENGTHS),
@@ -156,16 +157,11 @@ def _clock(physics: Physics, settle_time: float) -> dict[str, int]:
 
 def _network(plan: Plan, n_inputs: int) -> dict[str, object]:
     """Return a network as lists of links, node by node."""
-    first, sources, weights = [0], [], []
-    for column in plan.weights.T:
-        used = np.flatnonzero(column)
-        sources += used.tolist()
-        weights += column[used].tolist()
-        first.append(len(sources))
+    sources, weights = plan.source.tolist(), plan.weight.tolist()
     n_sources = n_inputs + len(plan.hidden)
     return {
         "hidden": len(plan.hidden),
-        "node_links": _wrapped(", ".join(map(str, first))),
+        "node_links": _wrapped(", ".join(map(str, plan.first.tolist()))),
         "node_bias": _wrapped(_numbers(plan.bias)),
         "source_type": "uint8_t" if n_sources <= 256 else "uint16_t",
         # an array of C++ must not be empty; nothing refers to this link

@@ -27,7 +27,7 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, physics_from_json
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
-from engine.files import read_zip, zip_bytes
+from engine.files import open_file, read_zip, zip_bytes
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.evaluation import FailedTrial, Solution, Stage
 from engine.simulation.model import RobotModel, build_robot, build_spec, with_walls, xml_with_state
@@ -150,7 +150,7 @@ def read_dump(path: Path) -> Dump:
         DumpError: the file is missing, damaged, no dump, or newer than this program.
     """
     try:
-        with open(path, "rb") as f:
+        with open_file(path) as f:
             content = f.read(MAX_BYTES + 1)
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or str(e)

@@ -211,7 +211,7 @@ class Replay:
                     to_end = self._updates_to(self.trial_time)
                     n = min(n, SPAN, to_end) if to_end > 0 else min(n, SPAN)
                     self._take(self._loop.advance(n))
-                    if n == to_end:
+                    if n == to_end and self.failure is None:
                         self.score = float(self._loop.scores()[0, 0])
             except Cancelled:
                 return

@@ -4,5 +4,6 @@ Read in this order:
 
 - ``evolve``: starts a run, or resumes an interrupted one.
 - ``run_loop``: ask, evaluate, save, tell, close the generation; again until the budget is spent.
+- ``described``: a run as a TOML file.
 - ``campaign``: a grid of tasks, algorithms and seeds, described in one file.
 """

@@ -12,6 +12,7 @@ from typing import Any, Final
 from engine.config import PRESETS, RunConfig, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.files import read_toml
+from engine.runs.described import merged
 from engine.storage.schema import SUFFIX
 
 MAX_RUNS: Final = 10_000
@@ -74,7 +75,7 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
             own = _table(variants, algorithm)
             if not _NAME.fullmatch(algorithm) or "algorithm" not in own:
                 raise InvalidData(f"variants.{algorithm}: needs a simple name and an algorithm")
-        fields = _merged(_merged(base, common), own) | {"task": task, "seed": seed}
+        fields = merged(merged(base, common), own) | {"task": task, "seed": seed}
         runs.append(PlannedRun(f"{task}_{algorithm}_{seed}{SUFFIX}", from_json(fields)))
     return runs
 
@@ -108,13 +109,3 @@ def _table(data: dict[str, Any], key: str) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise InvalidData(f"{key} must be a table")
     return table
-
-
-def _merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    """Return a configuration's values with some replaced, tables within it field by field."""
-    return base | {
-        key: _merged(base[key], value)
-        if isinstance(value, dict) and isinstance(base.get(key), dict)
-        else value
-        for key, value in own.items()
-    }

@@ -89,6 +89,8 @@ def resume(
                 f"{path} is a projection of {reader.projection.get('source', 'another run')};"
                 " resume that one and project it again"
             )
+        if reader.slimmed is not None:
+            raise RunFileError(f"{path} is slimmed and cannot be resumed; resume the run it was made from")
         if reader.n_evaluations() < reader.config.evaluations:
             check_physics(reader.config)
         if reader.lacks_trajectories():
@@ -112,8 +114,10 @@ def _restore(reader: RunReader) -> tuple[Algorithm, float]:
     algorithm = create_algorithm(reader.config)
     last = reader.last_closed()
     state = reader.algorithm_state()
-    if last is None or state is None:
+    if last is None:
         return algorithm, 0.0
+    if state is None:
+        raise RunFileError(f"{reader.path} has lost its state and cannot be resumed; it can be viewed")
     contents = {name: reader.contents(name, last.number) for name in algorithm.archives}
     with reader.guard():
         algorithm.restore(state, contents, reader.evaluations)

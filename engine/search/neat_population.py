@@ -122,11 +122,13 @@ class NeatPopulation:
         rng: Random,
     ) -> None:
         self._maximise: Merit = maximise
-        self._genome_config = Neat(n_inputs=n_inputs, rates=rates).config
+        operators = Neat(n_inputs=n_inputs, rates=rates)
+        self._genome_config = operators.config
         self._genome_config.node_indexer = _Counter(N_OUTPUTS)
         self._config = _Config(
             pop_size=size,
             genome_config=self._genome_config,
+            genome_type=operators.kind,
             reproduction_config=FloatingSizeReproduction.parse_config(
                 {
                     "elitism": elitism,
@@ -247,7 +249,9 @@ class NeatPopulation:
         """Go back to what ``state`` returned."""
         genomes: dict[int, neat.DefaultGenome] = {}
         for key, fitness, controller in state["genomes"]:
-            genome = to_genome(Controller.from_json(controller), self._genome_config)
+            genome = to_genome(
+                Controller.from_json(controller), self._genome_config, self._config.genome_type
+            )
             genome.key, genome.fitness = key, fitness
             genomes[key] = genome
         species = neat.DefaultSpeciesSet(self._config.species_set_config, None)

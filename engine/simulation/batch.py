@@ -187,8 +187,8 @@ class Simulations(Protocol):
 BatchObserver = Callable[[Simulations], None]
 """Called after every control update; may raise to abandon the roll-out."""
 
-SPAN: Final = 50
-"""Control updates that are recorded at once: a second of them."""
+SPAN: Final = 100
+"""Control updates that are recorded at once: two seconds of them."""
 FIRST_SPAN: Final = 10
 """Those that are recorded first: somebody waits to see the robot."""
 

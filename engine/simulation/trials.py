@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
+from engine.control.network import silenced
 from engine.errors import InvalidData
 from engine.simulation.batch import Span, SpanObserver
 from engine.simulation.divergence import Failure
@@ -45,6 +46,8 @@ class TrialConfig:
     """Seconds of open-loop motion that show which end is the head."""
     trial_time: float = TRIAL_TIME
     """Seconds a trial lasts."""
+    unfed_outputs: Literal["bias", "zero"] = "bias"
+    """What outputs that lack an input give: the logistic of their bias, or 0 as in NEAT-Python 0.92."""
     trajectory_bits: int = 14
     """Head positions are rounded to 2 ** -trajectory_bits m, 0.06 mm unless changed, so that a run's file is
     small; 0 keeps every digit."""
@@ -67,6 +70,11 @@ def rounded(positions: np.ndarray, bits: int) -> np.ndarray:
         # adding zero makes -0.0 an ordinary one
         positions = np.ldexp(np.round(np.ldexp(positions, bits)), -bits) + 0.0
     return positions.astype(np.float32)
+
+
+def driving(controller: Controller, trials: TrialConfig) -> Controller:
+    """Return a controller as it drives its robot in a run's trials."""
+    return silenced(controller) if trials.unfed_outputs == "zero" else controller
 
 
 def fresh_number(number: int, sample: int) -> int:
@@ -161,12 +169,13 @@ def start_trials(
         run_seed: first part of every noise seed.
         task: decides what the controllers sense and how the final state scores.
         physics: how the robots are simulated.
-        times: how long settling and head search last.
+        times: how long settling and head search last, and how networks are evaluated.
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
         observer: sees the robots settle; the kernel shows it one robot after the other.
     """
     robots = build_robots(morphologies, physics)
+    controllers = [driving(c, times) for c in controllers]
     offsets = np.array([trial.offset for trial in trials])
     seeds = [[noise_seed(run_seed, n, trial.target, trial.repeat) for trial in trials] for n in numbers]
     if physics.simulator == "kernel":

@@ -3,7 +3,8 @@
 Files may come from strangers: what is read is checked, and nothing is unpickled. Read in this order:
 
 - ``schema``: the tables, the format's version, the names of files beside a run.
-- ``rows``: evaluations, generations and ancestors as rows, and back.
+- ``layouts/``: how each format holds a run in its tables.
+- ``rows``: generations, summaries and ancestors, which are read without controllers.
 - ``lock``: which process writes a run.
 - ``raw``: a file's bytes, without opening it here. ``database``: opens a run file to read it.
 - ``rescue``: what if the file is removed while it is written. ``writer``: the one process that writes it.

@@ -15,13 +15,14 @@ from engine.errors import TensAtlasError, as_typed, one_line
 from engine.storage.database import connect
 from engine.storage.lock import holder_of, lock_path
 from engine.storage.reader import RunReader, changed_versions
-from engine.storage.rows import digest
-from engine.storage.salvage import salvage
+from engine.storage.salvaged_tables import SalvagedTables
 from engine.storage.schema import FORMAT_VERSION
 
 Verdict = Literal["ok", "note", "problem"]
 _SHOWN: Final = 5
-_CHUNK: Final = 200
+_WITHOUT: Final = {1: "its rows have no digests", 2: "only its evaluations have digests"}
+"""What runs of older formats lack."""
+_CHUNK: Final = 500
 _COPY: Final = "copy {0} and {0}-wal to a folder that can be written to"
 
 
@@ -48,8 +49,10 @@ def check_run(path: Path) -> Iterator[Finding]:
             what = f"{config.algorithm} on {config.task}, seed {config.seed}, format {reader.format_version}"
             yield Finding("ok", f"{as_typed(path)} is a run file: {what}")
             if reader.format_version < FORMAT_VERSION:
-                remedy = f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a copy that has them"
-                yield Finding("note", "its format is older: evaluations have no digests", remedy)
+                remedy = (
+                    f"tensatlas migrate {as_typed(path)} --out NEW.tsmr writes a smaller copy that has all"
+                )
+                yield Finding("note", f"its format is older: {_WITHOUT[reader.format_version]}", remedy)
             yield from _contents(path, reader)
             yield from _versions(path, reader)
             yield from _space(path, reader)
@@ -73,8 +76,14 @@ def _contents(path: Path, reader: RunReader) -> Iterator[Finding]:
             yield Finding("problem", f"SQLite finds damage: {lines}", recover)
             return
         yield Finding("ok", "SQLite finds no damage")
+        differing = reader.differing()
+        for table, keys in differing:
+            text = f"{len(keys)} {_of(table)} differ from what was written: {_some(keys)}"
+            yield Finding("problem", text, recover)
+        if differing and reader.format_version > 2:
+            return
         yield from _counts(db, reader, recover)
-        yield from _evaluations(db, reader, recover)
+        yield from _evaluations(reader, not differing)
     last = reader.last_closed()
     if last is not None:
         n = sum(map(len, reader.elites(last).values()))
@@ -111,13 +120,12 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         "states to resume from are not of the last generation": (
             "SELECT generation FROM state WHERE generation <> ?1"
         ),
-        "digests belong to evaluations that do not exist": (
+    }
+    if reader.format_version == 2:
+        queries["digests belong to evaluations that do not exist"] = (
             "SELECT number FROM digests WHERE number NOT IN (SELECT number FROM evaluations)"
             " AND ?1 IS NOT NULL"
-            if reader.format_version > 1
-            else "SELECT 1 WHERE ?1 IS NULL"
-        ),
-    }
+        )
     clean = True
     for what, sql in queries.items():
         found = [r[0] for r in db.execute(sql, (last,)).fetchall()]
@@ -138,26 +146,17 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
         yield Finding("ok", "nothing is orphaned or missing")
 
 
-def _evaluations(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator[Finding]:
-    numbers = [r[0] for r in db.execute("SELECT number FROM evaluations ORDER BY number")]
-    changed: list[int] = []
-    for i in range(0, len(numbers), _CHUNK):
-        part = numbers[i : i + _CHUNK]
-        if reader.format_version > 1:
-            marks = ",".join("?" * len(part))
-            known: dict[int, Any] = dict(
-                map(tuple, db.execute(f"SELECT number, digest FROM digests WHERE number IN ({marks})", part))
-            )
-            rows = db.execute(f"SELECT * FROM evaluations WHERE number IN ({marks})", part)
-            changed += [r["number"] for r in rows if known.get(r["number"]) != digest(tuple(r))]
-        reader.evaluations(set(part))
-    if changed:
-        text = f"{len(changed)} evaluations differ from what was written: {_some(changed)}"
-        yield Finding("problem", text, recover)
-    elif numbers:
-        as_written = " and are as they were written" if reader.format_version > 1 else ""
-        yield Finding("ok", f"all {len(numbers)} evaluations can be read{as_written}")
-    if reader.lacks_trajectories():
+def _evaluations(reader: RunReader, as_written: bool) -> Iterator[Finding]:
+    numbers = reader.numbers()
+    n = len(numbers)
+    for i in range(0, n, _CHUNK):
+        reader.evaluations(set(numbers[i : i + _CHUNK]))
+    if n and as_written:
+        known = " and are as they were written" if reader.format_version > 1 else ""
+        yield Finding("ok", f"all {n} evaluations can be read{known}")
+    if reader.slimmed is not None:
+        yield Finding("note", "slimmed: of other robots it has the figures", "it can be viewed, not resumed")
+    elif reader.lacks_trajectories():
         yield Finding("note", "robots without a trajectory", "such a run can be viewed, not resumed")
 
 
@@ -191,15 +190,14 @@ def _space(path: Path, reader: RunReader) -> Iterator[Finding]:
 
 def _what_is_left(path: Path) -> Iterator[Finding]:
     try:
-        found = salvage(path)
+        tables = SalvagedTables(path)
     except TensAtlasError:
         return
-    evaluations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 12}
-    generations = {r.rowid for r in found.rows if r.rowid is not None and len(r.values) == 6}
+    found = tables.pages
     yield Finding(
         "note",
         f"of its pages {found.n_pages} are there and {found.n_missing} missing, {found.n_broken} entries"
-        f" cannot be read, {len(evaluations)} evaluations and {len(generations)} generations are visible",
+        f" cannot be read; {tables.n_visible} evaluations, {len(tables.generations)} generations are visible",
         "recover saves what is whole of them",
     )
 
@@ -253,6 +251,10 @@ def _leftovers(path: Path) -> Iterator[Finding]:
     part = path.with_name(path.name + ".part")
     if part.exists():
         yield Finding("note", f"{part.name} is left from an interrupted creation", "delete it")
+
+
+def _of(table: str) -> str:
+    return table if table == "evaluations" else f"rows of {table}"
 
 
 def _some(found: list[Any]) -> str:

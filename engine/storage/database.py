@@ -9,7 +9,6 @@ import stat
 import tempfile
 import threading
 import urllib.parse
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,8 +25,6 @@ from engine.storage.lock import is_being_written
 from engine.storage.raw import raw_bytes, raw_copy
 from engine.storage.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION
 
-CHUNK: Final = 500
-"""Numbers in one query."""
 _HEADER: Final = b"SQLite format 3\x00"
 
 
@@ -69,22 +66,6 @@ class RunDatabase:
         except (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError) as e:
             raise _unreadable(self.path, e) from None
 
-    def of_numbers(self, columns: str, numbers: Iterable[int]) -> list[sqlite3.Row]:
-        """Return columns of some evaluations, in the order of their numbers.
-
-        Raises:
-            RunFileError: the file cannot be read or is damaged.
-        """
-        ordered = sorted(numbers)
-        rows: list[sqlite3.Row] = []
-        for i in range(0, len(ordered), CHUNK):
-            part = ordered[i : i + CHUNK]
-            places = ",".join("?" * len(part))
-            rows += self.query(
-                f"SELECT {columns} FROM evaluations WHERE number IN ({places}) ORDER BY number", tuple(part)
-            )
-        return rows
-
     def guard(self) -> Damage:
         """Return a context that reports unexpected data as damage to this file."""
         return Damage(self.path)
@@ -93,6 +74,8 @@ class RunDatabase:
         if self.query("PRAGMA application_id")[0][0] != APPLICATION_ID:
             raise RunFileError(f"{self.path} is a database of another program, not a TensAtlas run")
         version = self.format_version = int(self.query("PRAGMA user_version")[0][0])
+        if version not in COLUMNS and version <= FORMAT_VERSION:
+            raise DamagedRunFile(self.path, f"is damaged: it says that its format is {version}")
         if version > FORMAT_VERSION:
             raise RunFileError(
                 f"{self.path} was written by a newer TensAtlas (format {version}, this one reads"
@@ -102,11 +85,17 @@ class RunDatabase:
 
     def _check_tables(self) -> None:
         """Make sure that there are plain tables only: a view or a computed column could run for ever."""
+        names = set()
         for kind, name in self.query("SELECT type, name FROM sqlite_master"):
             if kind not in ("table", "index"):
                 raise RunFileError(f"{self.path} is not a TensAtlas run file: it has a {kind}, {name!r:.60}")
-        tables = COLUMNS | ({"digests": "number digest"} if self.format_version > 1 else {})
-        for table, columns in tables.items():
+            names.add(name)
+        newest = max((v for v, tables in COLUMNS.items() if names.issuperset(tables)), default=0)
+        if newest > self.format_version:
+            raise DamagedRunFile(
+                self.path, f"is damaged: it says that its format is {self.format_version}, not {newest}"
+            )
+        for table, columns in COLUMNS[self.format_version].items():
             found = {r[1]: r[6] for r in self.query(f"PRAGMA table_xinfo({table})")}
             if not set(found).issuperset(columns.split()):
                 raise DamagedRunFile(self.path, f"is damaged: table {table} is not as expected")

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from engine.errors import RunFileError, as_typed
+from engine.files import open_file
 
 BEAT: Final = 20.0
 """Seconds between two signs of life of a process that writes a run."""
@@ -78,7 +79,7 @@ def lock_path(path: Path) -> Path:
 def is_being_written(path: Path) -> bool:
     """Tell whether a living process is writing a run."""
     try:
-        with open(lock_path(path), "rb") as f:
+        with open_file(lock_path(path)) as f:
             try:
                 fcntl.flock(f, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -94,7 +95,7 @@ def is_being_written(path: Path) -> bool:
 def holder_of(path: Path) -> Holder | None:
     """Return the process that a run's lock file names, alive or not; None without a file or a name in it."""
     try:
-        with open(lock_path(path), "rb") as f:
+        with open_file(lock_path(path)) as f:
             return _parse(f.read(_MOST))
     except OSError:
         return None

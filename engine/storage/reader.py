@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import bisect
 import hashlib
 import json
 import math
+import threading
+from collections import Counter, defaultdict
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json, to_json
@@ -14,11 +18,20 @@ from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasEr
 from engine.files import compact_json
 from engine.search.archive import Cell, cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.provenance import Computer, versions
+from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
+from engine.storage.layouts import tables_of
+from engine.storage.layouts.plain import to_row
+from engine.storage.layouts.tables import Change, Closed, Record, count, in_chunks, short
 from engine.storage.lock import is_being_written
-from engine.storage.rows import Ancestor, Generation, Summary, finite, from_row
+from engine.storage.rows import MAX_LINE, Ancestor, Generation, Slimmed, Summary
 from engine.tasks import get_task, task_version
+
+MAX_FACTS: Final = 100
+MAX_FACT: Final = 2000
+"""Facts about a run that are read, and characters of each: a stranger's file may have more."""
+_FIRST_ROBOTS: Final = 64
+"""Robots of the first generation that say whether two runs began with the same."""
 
 
 class RunReader:
@@ -34,14 +47,22 @@ class RunReader:
         self.path = path
         self._db = RunDatabase(path)
         self.format_version = self._db.format_version
+        self._tables = tables_of(self._db.query, self.format_version)
+        self._mutex = threading.Lock()
+        self._changes: dict[str, list[tuple[int, Cell, int | None]]] = {}
+        self._changes_until = -1
+        self._bodies: list[Record] = []
+        self._bodies_until = -1
         try:
             with self.guard():
-                meta = {k: json.loads(v) for k, v in self._db.query("SELECT key, value FROM meta")}
+                meta = self._tables.meta()
                 self.config: RunConfig = from_json(meta.get("config"))
                 self.projection = None if "projection" not in meta else _strings(meta["projection"])
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
-                self.created_at = str(meta.get("created_at", ""))
+                self.created_at = short(str(meta.get("created_at", "")), "the date")
+                self.slimmed = Slimmed.from_json(meta["slimmed"]) if "slimmed" in meta else None
+                """What is left in a slimmed run; None for others."""
         except TensAtlasError:
             self.close()
             raise
@@ -71,39 +92,19 @@ class RunReader:
 
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""
-        number = self._db.query("SELECT MAX(generation) FROM generations")[0][0]
         with self.guard():
-            return None if number is None else self._count(number)
+            last = self._tables.last_generation()
+            return None if last is None else count(last)
 
     def n_evaluations(self) -> int:
-        """Return the number of saved evaluations, those of an open generation included.
-
-        Only the open generation's are counted, because counting all reads all of a long run's pages.
-        """
-        closed = self._db.query(
-            "SELECT generation, n_evaluations FROM generations ORDER BY generation DESC LIMIT 1"
-        )
+        """Return the number of saved evaluations, those of an open generation included."""
         with self.guard():
-            last, n = (self._count(v) for v in closed[0]) if closed else (-1, 0)
-        # numbers rise from generation to generation
-        (opened,) = self._db.query(
-            "SELECT COUNT(*) FROM evaluations WHERE number > COALESCE((SELECT number FROM evaluations"
-            " WHERE generation <= ? ORDER BY number DESC LIMIT 1), -1)",
-            (last,),
-        )[0]
-        return n + int(opened)
+            return count(self._tables.n_evaluations())
 
     def generations(self, after: int = -1) -> list[Generation]:
         """Return the closed generations with a greater number, in order."""
-        rows = self._db.query(
-            "SELECT generation, n_evaluations, n_failed, archives, seconds FROM generations"
-            " WHERE generation > ? ORDER BY generation",
-            (after,),
-        )
         with self.guard():
-            for r in rows:
-                self._count(r["generation"]), self._count(r["n_evaluations"]), self._count(r["n_failed"])
-            return [Generation.from_row(r) for r in rows]
+            return [Generation.of(c) for c in self._tables.closed(after)]
 
     def last_closed(self) -> Generation | None:
         """Return the last closed generation, or None before the first."""
@@ -129,13 +130,15 @@ class RunReader:
 
     def placements(self, archive: str, generation: int) -> dict[Cell, int]:
         """Return the evaluation that each filled cell held at the end of a generation."""
-        rows = self._db.query(
-            "SELECT cell, evaluation, MAX(generation) FROM placements"
-            " WHERE archive = ? AND generation <= ? GROUP BY cell",
-            (archive, generation),
-        )
-        with self.guard():
-            return {parse_cell(str(cell)): int(n) for cell, n, _ in rows if n is not None}
+        held: dict[Cell, int] = {}
+        for g, cell, number in self.placement_changes(archive):
+            if g > generation:
+                break
+            if number is None:
+                held.pop(cell, None)
+            else:
+                held[cell] = number
+        return dict(sorted(held.items()))
 
     def elite_at(self, archive: str, cell: Cell) -> int:
         """Return the number of the evaluation that a cell holds after the last closed generation.
@@ -171,13 +174,14 @@ class RunReader:
             archive: its name.
             after: the generation whose changes and those before it are left out.
         """
-        rows = self._db.query(
-            "SELECT generation, cell, evaluation FROM placements WHERE archive = ? AND generation > ?"
-            " ORDER BY generation",
-            (archive, after),
-        )
-        with self.guard():
-            return [(int(g), parse_cell(str(c)), None if n is None else int(n)) for g, c, n in rows]
+        with self._mutex, self.guard():
+            # those of closed generations stay what they are
+            new = [(g, name, parse_cell(c), n) for g, name, c, n in self._tables.changes(self._changes_until)]
+            for g, name, cell, number in new:
+                self._changes.setdefault(name, []).append((g, cell, number))
+                self._changes_until = g
+            changes = self._changes.get(archive, [])
+        return changes[bisect.bisect_right(changes, after, key=lambda c: c[0]) :]
 
     def elites(self, generation: Generation) -> dict[str, dict[Cell, tuple[int, Summary]]]:
         """Return the number and the summary of every elite at the end of a generation, by archive and cell.
@@ -219,25 +223,44 @@ class RunReader:
 
     def summaries(self, numbers: set[int]) -> dict[int, Summary]:
         """Return what a map shows of some evaluations, by number; failed ones are left out."""
-        rows = self._db.of_numbers("number, generation, fitness, morphology", numbers)
         with self.guard():
-            return {int(r["number"]): Summary.from_row(r) for r in rows if r["fitness"] is not None}
+            return {
+                r.number: Summary(r.generation, r.fitness, r.morphology)
+                for condition, part in in_chunks(numbers)
+                for r in self._tables.records(condition, part)
+                if r.fitness is not None
+            }
 
     def bodies(self, generation: int) -> dict[Morphology, int]:
         """Return how many evaluations up to a generation had each body; failed ones are left out."""
-        rows = self._db.query(
-            "SELECT morphology, COUNT(*) FROM evaluations WHERE generation <= ? AND fitness IS NOT NULL"
-            " GROUP BY morphology",
-            (generation,),
-        )
-        with self.guard():
-            return {Morphology.from_json(json.loads(r[0])): int(r[1]) for r in rows}
+        with self._mutex, self.guard():
+            last = self._tables.last_generation()
+            new = []
+            if generation > self._bodies_until:
+                new = self._tables.records(
+                    "generation > ? AND generation <= ?", (self._bodies_until, generation)
+                )
+            if new and last is not None:
+                # those of closed generations stay what they are
+                known = self._bodies + [r for r in new if r.generation <= last]
+                self._check_number(len(known), min(generation, last))
+                self._bodies, self._bodies_until = known, max(self._bodies_until, min(generation, last))
+            counted = [*self._bodies, *(r for r in new if r.generation > self._bodies_until)]
+            return dict(
+                Counter(r.morphology for r in counted if r.generation <= generation and r.fitness is not None)
+            )
+
+    def _check_number(self, n: int, generation: int) -> None:
+        """Make sure that there are as many evaluations up to a generation as it says."""
+        for closed in self._tables.closed(generation - 1)[:1]:
+            if self.projection is None and n != closed.n_evaluations:
+                raise InvalidData(f"{closed.n_evaluations} evaluations were counted, {n} are there")
 
     def generation_of(self, number: int) -> int | None:
         """Return the generation that an evaluation belongs to, or None if there is no such one."""
-        rows = self._db.query("SELECT generation FROM evaluations WHERE number = ?", (number,))
         with self.guard():
-            return int(rows[0][0]) if rows else None
+            records = self._tables.records("number = ?", (number,))
+            return records[0].generation if records else None
 
     def evaluation(self, number: int) -> Evaluation:
         """Return one evaluation.
@@ -253,96 +276,161 @@ class RunReader:
         Raises:
             RunFileError: one does not exist or is damaged.
         """
+        if self.slimmed is not None and (gone := numbers - set(self.numbers())):
+            raise RunFileError(
+                f"{self.path} is slimmed and does not hold robot {min(gone)}, only its figures; take the run"
+                " that it was made from"
+            )
         with self.guard():
-            rows = self._db.of_numbers("*", numbers)
-            found = {int(r["number"]): self._checked(from_row(r)) for r in rows}
+            found = {e.solution.number: self._checked(e) for _, e in self._tables.evaluations(numbers)}
         if missing := numbers - set(found):
             raise RunFileError(f"{self.path} has no evaluation {min(missing)}")
         return found
 
     def lineage(self, number: int) -> list[Ancestor]:
-        """Return a robot and its ancestors, back to a random one or as far as the file goes.
+        """Return a robot and its ancestors, back to a random one, as far as the file goes or ``MAX_LINE``.
 
         Raises:
             RunFileError: there is no evaluation of that number, or one of the line is damaged.
         """
-        rows = self._db.query(
-            "WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e JOIN line"
-            # a parent is older; a file that says otherwise must not cause an endless loop
-            " ON e.number = line.n WHERE e.parent < e.number)"
-            " SELECT number, parent, generation, operator, fitness, morphology FROM evaluations"
-            " WHERE number IN (SELECT n FROM line) ORDER BY number DESC",
-            (number,),
-        )
         with self.guard():
-            line = [
-                Ancestor(
-                    number=int(r[0]),
-                    parent=None if r[1] is None else int(r[1]),
-                    generation=int(r[2]),
-                    operator=str(r[3]),
-                    fitness=None if r[4] is None else finite(r[4]),
-                    morphology=Morphology.from_json(json.loads(r[5])),
-                )
-                for r in rows
-            ]
+            records = self._tables.records(
+                "number IN (WITH RECURSIVE line(n) AS (SELECT ? UNION SELECT e.parent FROM evaluations AS e"
+                # a parent is older; a file that says otherwise must not cause an endless loop
+                f" JOIN line ON e.number = line.n WHERE e.parent < e.number LIMIT {MAX_LINE})"
+                " SELECT n FROM line)",
+                (number,),
+            )
+            line = [Ancestor.of(r) for r in reversed(records)]
         if not line or line[0].number != number:
             raise RunFileError(f"{self.path} has no evaluation {number}")
+        oldest = line[-1]
+        if (
+            self.format_version > 2
+            and len(line) < MAX_LINE
+            and oldest.parent is not None
+            and oldest.parent < oldest.number
+        ):
+            raise DamagedRunFile(self.path, f"is damaged: evaluation {oldest.parent} is missing")
         return line
 
     def lacks_trajectories(self) -> bool:
         """Tell whether any evaluation is without its trajectory, as in a file made smaller."""
-        return bool(self._db.query("SELECT 1 FROM evaluations WHERE length(trajectory) = 0 LIMIT 1"))
+        with self.guard():
+            return self._tables.lacks_trajectories()
 
     def computers(self) -> dict[Computer, int]:
         """Return each computer that took part and its number of evaluations; older files have none."""
-        if not self._db.query("SELECT 1 FROM sqlite_master WHERE name = 'computed'"):
-            return {}
-        rows = self._db.query(
-            "SELECT facts, COUNT(*) FROM computed JOIN computers ON id = computer"
-            " GROUP BY facts ORDER BY 2 DESC, 1"
-        )
         with self.guard():
-            return {Computer.from_json(json.loads(facts)): int(n) for facts, n in rows}
+            return {Computer.from_json(json.loads(facts)): n for facts, n in self._tables.computers()}
 
     def all_evaluations(self) -> list[Evaluation]:
         """Return every saved evaluation in the order of their numbers."""
+        return [e for _, e in self.each_evaluation()]
+
+    def each_evaluation(self) -> Iterator[tuple[int, Evaluation]]:
+        """Yield the generation of every saved evaluation, and the evaluation, in the order of their numbers.
+
+        Raises:
+            RunFileError: one is damaged or missing, or the run is slimmed.
+        """
+        if self.slimmed is not None:
+            raise RunFileError(
+                f"{self.path} is slimmed: it holds {self.slimmed.n_kept} of {self.n_evaluations()} robots;"
+                " take the run that it was made from"
+            )
+        numbers = self.numbers()
         with self.guard():
-            rows = self._db.query("SELECT * FROM evaluations ORDER BY number")
-            return [self._checked(from_row(r)) for r in rows]
+            found = self._tables.evaluations(numbers)
+        while True:
+            with self.guard():
+                generation, e = next(found, (0, None))
+                if e is None:
+                    return
+                self._checked(e)
+            yield generation, e
+
+    def numbers(self) -> list[int]:
+        """Return the numbers of the evaluations whose robots it holds: all, unless it is slimmed.
+
+        Raises:
+            RunFileError: one is missing.
+        """
+        n = self.n_evaluations() if self.slimmed is None else self.slimmed.n_kept
+        table = "evaluations" if self.slimmed is None else "details"
+        found = [r[0] for r in self._db.query(f"SELECT number FROM {table} ORDER BY number")]
+        with self.guard():
+            if len(found) < n:
+                raise InvalidData(f"{n - len(found)} of {n} evaluations are missing")
+        return found
+
+    def first_robots(self, first: Generation) -> list[int]:
+        """Return the numbers of some robots of the first generation, by which runs are told apart."""
+        return sorted(self.summaries(set(range(first.n_evaluations))))[:_FIRST_ROBOTS]
+
+    def records(self) -> list[Record]:
+        """Return every evaluation without its controller, distances and trajectory, in order."""
+        n = self.n_evaluations()
+        with self.guard():
+            found = self._tables.records("1", ())
+            if len(found) < n:
+                raise InvalidData(f"{n - len(found)} of {n} evaluations are missing")
+        return found
+
+    def origins(self, numbers: set[int]) -> dict[int, Origin]:
+        """Return what computed each evaluation, as far as that is known, by number."""
+        with self.guard():
+            return self._tables.origins(numbers)
+
+    def recorded(self) -> list[tuple[Closed, list[Change]]]:
+        """Return every closed generation as it is recorded, and its changes of maps."""
+        with self.guard():
+            changes: dict[int, list[Change]] = defaultdict(list)
+            closed = self._tables.closed(-1)
+            for change in self._tables.changes(-1):
+                changes[change[0]].append(change)
+            return [(c, changes[c.generation]) for c in closed]
 
     def algorithm_state(self) -> dict[str, Any] | None:
         """Return what resuming needs as of the last closed generation, or None before the first."""
-        rows = self._db.query("SELECT algorithm FROM state")
+        state = self.recorded_state()
         with self.guard():
-            return json.loads(rows[0][0]) if rows else None
+            return None if state is None else json.loads(state[1])
+
+    def recorded_state(self) -> tuple[int, str] | None:
+        """Return the generation of the state to resume from and the state, JSON, or None if there is none."""
+        with self.guard():
+            return self._tables.state()
+
+    def differing(self) -> list[tuple[str, list[Any]]]:
+        """Return each table with rows that are not what was written, and the keys of these."""
+        with self.guard():
+            return list(self._tables.differing())
 
     def canonical_hash(self) -> str:
-        """Return the SHA-256 of everything that equal runs share: no dates, times or versions."""
-        digest = hashlib.sha256()
-        with self.guard():
-            digest.update(compact_json(to_json(self.config)).encode())
-            for row in self._db.query("SELECT * FROM evaluations ORDER BY number"):
-                values = [v.hex() if isinstance(v, bytes) else v for v in tuple(row)]
-                digest.update(compact_json(values).encode())
-            for query in (
-                "SELECT generation, n_evaluations, n_failed, archives FROM generations ORDER BY 1",
-                "SELECT archive, cell, generation, evaluation FROM placements ORDER BY 1, 2, 3",
-                "SELECT generation, algorithm FROM state",
-            ):
-                for row in self._db.query(query):
-                    digest.update(compact_json(list(row)).encode())
+        """Return the SHA-256 of everything that equal runs share: no dates, times or versions.
+
+        It is that of the values that format 1 held, whatever the format. A slimmed run has that of the run it
+        was made from.
+        """
+        if self.slimmed is not None:
+            return self.slimmed.hash
+        digest = hashlib.sha256(compact_json(to_json(self.config)).encode())
+        for generation, e in self.each_evaluation():
+            row = [v.hex() if isinstance(v, bytes) else v for v in to_row(generation, e)]
+            digest.update(compact_json(row).encode())
+        recorded, state = self.recorded(), self.recorded_state()
+        for c, _ in recorded:
+            digest.update(compact_json([c.generation, c.n_evaluations, c.n_failed, c.archives]).encode())
+        for archive, cell, g, n in sorted((a, c, g, n) for _, cs in recorded for g, a, c, n in cs):
+            digest.update(compact_json([archive, cell, g, n]).encode())
+        if state is not None:
+            digest.update(compact_json(list(state)).encode())
         return digest.hexdigest()
 
     def guard(self) -> Damage:
         """Return a context that reports unexpected data as damage to this file."""
         return self._db.guard()
-
-    def _count(self, value: Any) -> int:
-        """Return a number of evaluations, or of generations; whatever counts to it must come to an end."""
-        if not 0 <= int(value) <= 2 * self.config.evaluations:
-            raise InvalidData(f"{value!r} evaluations or generations of {self.config.evaluations} planned")
-        return int(value)
 
     def _checked(self, e: Evaluation) -> Evaluation:
         check_fits(self.config, e)
@@ -362,6 +450,7 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
         or e.trajectory.shape[1] not in (0, math.floor(trials.trial_time + 1e-9))
         or e.solution.controller.n_inputs != task.n_inputs
         or e.solution.morphology.stiffness_mode != config.stiffness
+        or bool(e.solution.morphology.rhythms) != (config.head_search == "rhythms")
     ):
         raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
 
@@ -369,7 +458,9 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
 def _strings(data: Any) -> dict[str, str]:
     if not isinstance(data, dict):
         raise InvalidData("expected a table of names and texts")
-    return {str(k): str(v) for k, v in data.items()}
+    if len(data) > MAX_FACTS:
+        raise InvalidData(f"a table of names and texts has at most {MAX_FACTS} rows, not {len(data)}")
+    return {short(str(k), "a name"): short(str(v), f"{k}", MAX_FACT) for k, v in data.items()}
 
 
 def changed_versions(path: Path) -> list[str]:

@@ -12,19 +12,23 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 from collections import defaultdict, deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 from engine.config import RunConfig, create_algorithm
 from engine.errors import RunFileError
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.storage.lock import holder_of, is_being_written
-from engine.storage.rows import digest, statistics
+from engine.storage.rows import statistics
 from engine.storage.salvaged_tables import SalvagedTables
 from engine.storage.writer import RunWriter
 from engine.tasks import get_task
+
+_LAST_DIGITS: Final = 1e-12
+"""Largest relative difference between numbers that are the same but for their last digits."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -68,6 +72,8 @@ def recover(path: Path, out: Path, *, like: Path | None = None) -> Recovered:
     if out.exists():
         raise RunFileError(f"{out} exists; choose another name for what is saved")
     tables = SalvagedTables(path)
+    if "slimmed" in tables.meta:
+        raise RunFileError(f"{path} is slimmed; recover the run it was made from, or slim that one again")
     config, versions = tables.configuration(like)
     evaluations = tables.check_evaluations(config)
     if not evaluations:
@@ -95,7 +101,7 @@ def recover(path: Path, out: Path, *, like: Path | None = None) -> Recovered:
     # evaluations of a generation imply that those before it are closed
     open_one = max(tables.generation_of.values(), default=0)
     n_closed = min((n for n, g in tables.generation_of.items() if g == open_one), default=0)
-    n_closed = max((n_closed, *(int(r[1]) for r in tables.generations.values())))
+    n_closed = max(n_closed, *(c.n_evaluations for c in tables.generations.values()), 0)
     report.n_recorded = max(open_one, 1 + max(tables.generations, default=-1))
     report.damaged = sorted(tables.damaged)
     known = set(evaluations) | tables.damaged
@@ -107,7 +113,7 @@ def _repeat(
     tables: SalvagedTables,
     config: RunConfig,
     versions: Mapping[str, str],
-    evaluations: Mapping[int, Evaluation],
+    evaluations: dict[int, Evaluation],
     out: Path,
     report: Recovered,
 ) -> None:
@@ -120,17 +126,24 @@ def _repeat(
         while True:
             while len(under_way) <= config.overlap and (solutions := algorithm.ask()):
                 under_way.append(solutions)
+                for s in solutions:
+                    if s.number not in evaluations:
+                        evaluations.update(tables.learn(config, s))
             if not under_way:
                 break
             solutions = under_way.popleft()
             found = [evaluations[s.number] for s in solutions if s.number in evaluations]
             asked = {s.number: s for s in solutions}
-            known = [e for e in found if e.solution == asked[e.solution.number]]
+            known = [
+                dataclasses.replace(e, solution=asked[e.solution.number])
+                for e in found
+                if _alike(e.solution, asked[e.solution.number])
+            ]
             g = algorithm.generation
             writer.add_evaluations(g, known, tables.origins_of(known))
             report.n_evaluations += len(known)
             if len(known) < len(found):
-                differing = [e.solution.number for e in found if e not in known]
+                differing = sorted({e.solution.number for e in found} - {e.solution.number for e in known})
                 tables.damaged.update(differing)
                 # one flipped byte changes one solution, other versions change them all
                 later = len(differing) <= len(found) // 2
@@ -139,15 +152,38 @@ def _repeat(
                 break
             algorithm.tell(known)
             recorded = tables.generations.get(g)
-            seconds = max(seconds, float(recorded[5])) if recorded else seconds
+            seconds = max(seconds, recorded.seconds) if recorded else seconds
             writer.close_generation(
-                algorithm, statistics(algorithm, distance), seconds, str(recorded[4]) if recorded else ""
+                algorithm, statistics(algorithm, distance), seconds, recorded.finished_at if recorded else ""
             )
             report.n_generations += 1
         if solutions and later:
             report.n_after += _keep_for_later(tables, evaluations, solutions[-1].number, writer)
             report.n_evaluations = report.n_evaluations - len(known) + report.n_after
     report.resumable = True
+
+
+def _alike(recorded: Solution, asked: Solution) -> bool:
+    """Tell whether two solutions are the same but for the last digits of what was drawn from a Gaussian.
+
+    Earlier versions left these digits to the C library.
+    """
+    if recorded == asked:
+        return True
+    numbers: list[list[float]] = []
+    bare = []
+    for s in (recorded, asked):
+        c = s.controller
+        numbers.append([*(n.bias for n in c.nodes), *(x.weight for x in c.connections)])
+        controller = dataclasses.replace(
+            c,
+            nodes=tuple(dataclasses.replace(n, bias=0.0) for n in c.nodes),
+            connections=tuple(dataclasses.replace(x, weight=0.0) for x in c.connections),
+        )
+        bare.append(dataclasses.replace(s, controller=controller))
+    return bare[0] == bare[1] and all(
+        math.isclose(a, b, rel_tol=_LAST_DIGITS) for a, b in zip(*numbers, strict=True)
+    )
 
 
 def _keep_for_later(
@@ -173,25 +209,25 @@ def _copy(
     report: Recovered,
 ) -> None:
     """Copy whole generations as they are recorded."""
-    at_end = tables.state is not None and tables.state[1] == n - 1 and _is_json(tables.state[2])
-    kept = [tables.rows[k] for k in sorted(evaluations) if tables.generation_of[k] < n + int(at_end)]
+    at_end = tables.state is not None and tables.state[0] == n - 1 and _is_json(tables.state[1])
+    kept = {k: e for k, e in sorted(evaluations.items()) if tables.generation_of[k] < n + int(at_end)}
+    by_generation: dict[int, list[Evaluation]] = defaultdict(list)
+    for number, e in kept.items():
+        by_generation[tables.generation_of[number]].append(e)
     with RunWriter.create(out, config, versions, tables.projection, tables.created_at) as writer:
-        writer.insert("evaluations", kept)
-        writer.insert("digests", [(r[0], digest(r)) for r in kept])
-        whole = [evaluations[r[0]] for r in kept]
-        writer.add_origins(whole, tables.origins_of(whole))
-        writer.insert("generations", _in_order(r for g, r in tables.generations.items() if g < n))
-        writer.insert("placements", _in_order(p for p in tables.placements if p[0] < n))
+        for generation, group in sorted(by_generation.items()):
+            writer.add_evaluations(generation, group, tables.origins_of(group))
+        for generation in range(n):
+            changes = sorted({c for c in tables.placements if c[0] == generation}, key=lambda c: c[:3])
+            writer.add_recorded(tables.generations[generation], changes)
         if at_end and tables.state is not None:
-            writer.insert("state", [tables.state])
+            writer.set_recorded_state(*tables.state)
     report.n_generations = n
     report.n_evaluations = len(kept)
-    report.n_after = sum(r[1] >= n for r in kept)
-    report.resumable = at_end and tables.projection is None and all(len(r[9]) for r in kept)
-
-
-def _in_order(rows: Iterable[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-    return sorted(set(rows), key=lambda r: r[:3])
+    report.n_after = sum(tables.generation_of[k] >= n for k in kept)
+    report.resumable = (
+        at_end and tables.projection is None and all(e.trajectory.shape[1] for e in kept.values())
+    )
 
 
 def _is_json(text: str) -> bool:

@@ -1,120 +1,26 @@
-"""Evaluations as rows of a run file, and back, with every value checked on the way in."""
+"""What is read of a run without its controllers: generations, figures of archives, summaries, ancestors."""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
-import math
-import sqlite3
-import struct
-from collections.abc import Sequence
 from typing import Any, Final, Self
 
-import numpy as np
-
 from engine.body.morphology import Morphology
-from engine.control.genome import Controller
-from engine.errors import UNEXPECTED_DATA, InvalidData
-from engine.files import compact_json
+from engine.errors import InvalidData
 from engine.search.algorithm import Snapshot
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
-from engine.simulation.evaluation import Evaluation, Solution
-from engine.tasks import LARGEST_SCORE
+from engine.search.map_search import MAX_CELLS
+from engine.simulation.evaluation import Evaluation
+from engine.storage.layouts.tables import Closed, Record, figure, short
 
-
-def to_row(generation: int, e: Evaluation) -> tuple[Any, ...]:
-    """Return an evaluation in the order of the columns of the table ``evaluations``."""
-    s = e.solution
-    return (
-        s.number,
-        generation,
-        compact_json(s.morphology.to_json()),
-        compact_json(s.controller.to_json()),
-        s.parent,
-        s.operator,
-        s.source,
-        e.fitness,
-        compact_json(_finite(e.distances)),
-        e.trajectory.astype("<f4").tobytes(),
-        int(e.head_is_end),
-        e.failure,
-    )
-
-
-def from_row(row: Any) -> Evaluation:
-    """Read an evaluation back from its row, whose columns are found by name.
-
-    Raises:
-        InvalidData: a value is not what ``to_row`` writes.
-    """
-    where = f"evaluation {row['number']}"
-    try:
-        distances = np.array(json.loads(row["distances"]), dtype=float)
-        trajectory = np.frombuffer(row["trajectory"], dtype="<f4")
-        if distances.ndim != 2 or not distances.size or trajectory.size % (2 * len(distances)):
-            raise InvalidData(f"{where}: distances or trajectory have the wrong size")
-        fitness = row["fitness"]
-        if (np.abs(distances) > LARGEST_SCORE).any():
-            raise InvalidData(f"{where}: a distance is beyond {LARGEST_SCORE:g} m")
-        if fitness is not None:
-            if not isinstance(fitness, float):
-                raise InvalidData(f"{where}: its fitness is no number")
-            score(fitness)
-            if not (np.abs(trajectory) <= LARGEST_SCORE).all():
-                raise InvalidData(f"{where}: its trajectory is not finite, or beyond {LARGEST_SCORE:g} m")
-        solution = Solution(
-            number=int(row["number"]),
-            morphology=Morphology.from_json(json.loads(row["morphology"])),
-            controller=Controller.from_json(json.loads(row["controller"])),
-            parent=None if row["parent"] is None else int(row["parent"]),
-            operator=str(row["operator"]),
-            source=None if row["source"] is None else str(row["source"]),
-        )
-        return Evaluation(
-            solution=solution,
-            fitness=fitness,
-            distances=distances,
-            trajectory=trajectory.reshape(len(distances), -1, 2),
-            head_is_end=bool(row["head_is_end"]),
-            failure=None if row["failure"] is None else str(row["failure"]),
-        )
-    except InvalidData as e:
-        raise e if str(e).startswith(where) else InvalidData(f"{where}: {e}") from None
-    except UNEXPECTED_DATA as e:
-        raise InvalidData(f"{where} is damaged: {e}") from None
-
-
-def digest(row: Sequence[Any]) -> bytes:
-    """Return the digest of a row of the table ``evaluations``, which shows when its bytes have changed.
-
-    Args:
-        row: as ``to_row`` returns it or the table holds it.
-    """
-    found = hashlib.blake2b(digest_size=8)
-    for value in row:
-        match value:
-            case None:
-                kind, content = b"n", b""
-            case bytes():
-                kind, content = b"b", value
-            case float():
-                kind, content = b"f", struct.pack(">d", value)
-            case _:
-                kind, content = b"t", str(value).encode(errors="surrogateescape")
-        found.update(kind + len(content).to_bytes(8, "big") + content)
-    return found.digest()
-
-
-def _finite(values: np.ndarray) -> list[list[float | None]]:
-    """Return nested lists, None for what a diverged simulation left undefined."""
-    return [[float(v) if math.isfinite(v) else None for v in row] for row in values]
-
-
-MAX_CELLS_PER_AXIS: Final = 200
-LARGEST_FIGURE: Final = 1e15
-"""What sums of scores stay below, and times in seconds and ends of axes too."""
+MAX_ARCHIVES: Final = 16
+"""Archives of a run; algorithms have two at the most."""
+MAX_FIGURES: Final = 100_000
+"""Characters of the figures of a generation."""
+MAX_LINE: Final = 2000
+"""Robots of a lineage that are read; those of evolved robots are a tenth as long."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -143,10 +49,10 @@ class ArchiveFigures:
                 has another form altogether.
         """
         return cls(
-            best=None if data["best"] is None else finite(data["best"]),
-            mean=None if data["mean"] is None else finite(data["mean"]),
-            qd_score=finite(data["qd_score"]),
-            coverage=finite(data["coverage"]),
+            best=None if data["best"] is None else figure(data["best"]),
+            mean=None if data["mean"] is None else figure(data["mean"]),
+            qd_score=figure(data["qd_score"]),
+            coverage=figure(data["coverage"]),
             axes=tuple(map(_axis, data["axes"])),
         )
 
@@ -169,18 +75,23 @@ class Generation:
     seconds: float
 
     @classmethod
-    def from_row(cls, row: sqlite3.Row) -> Self:
-        """Read a row of the table ``generations``.
+    def of(cls, closed: Closed) -> Self:
+        """Return a generation as it is recorded.
 
         Raises:
             InvalidData: as ``ArchiveFigures.from_json``, and as it others.
         """
+        archives = json.loads(short(closed.archives, "the figures of a generation", MAX_FIGURES))
+        if len(archives) > MAX_ARCHIVES:
+            raise InvalidData(f"a run has at most {MAX_ARCHIVES} archives, not {len(archives)}")
         return cls(
-            number=int(row["generation"]),
-            n_evaluations=int(row["n_evaluations"]),
-            n_failed=int(row["n_failed"]),
-            archives={k: ArchiveFigures.from_json(v) for k, v in json.loads(row["archives"]).items()},
-            seconds=finite(row["seconds"]),
+            number=closed.generation,
+            n_evaluations=closed.n_evaluations,
+            n_failed=closed.n_failed,
+            archives={
+                short(k, "an archive's name"): ArchiveFigures.from_json(v) for k, v in archives.items()
+            },
+            seconds=closed.seconds,
         )
 
 
@@ -192,54 +103,43 @@ class Summary:
     fitness: float
     morphology: Morphology
 
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Slimmed:
+    """What a slimmed run says about itself.
+
+    Attributes:
+        hash: of the run that it was made from.
+        n_kept: robots that it holds; of all others it has the figures alone.
+    """
+
+    hash: str
+    n_kept: int
+
     @classmethod
-    def from_row(cls, row: sqlite3.Row) -> Self:
-        """Read generation, fitness and morphology of a row of the table ``evaluations``.
+    def from_json(cls, data: Any) -> Self:
+        """Read it back from its fields.
 
         Raises:
-            InvalidData: as ``ArchiveFigures.from_json``, and as it others.
+            InvalidData: they are others.
         """
-        return cls(
-            generation=int(row["generation"]),
-            fitness=score(row["fitness"]),
-            morphology=Morphology.from_json(json.loads(row["morphology"])),
-        )
+        match data:
+            case {"hash": str(run), "n_kept": int(n)} if len(data) == 2:
+                return cls(run, n)
+        raise InvalidData("what it says of being slimmed is not as expected")
 
 
 def _axis(data: Any) -> Axis:
-    axis = Axis(str(data["name"]), finite(data["lower"]), finite(data["upper"]), int(data["n"]))
-    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS_PER_AXIS):
+    name = short(str(data["name"]), "an axis's name")
+    axis = Axis(name, figure(data["lower"]), figure(data["upper"]), int(data["n"]))
+    if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS):
         raise InvalidData(f"an archive's axis is impossible: {axis}")
     return axis
 
 
-def finite(value: Any) -> float:
-    """Return a number of a file as a float, one that can be added up and shown in centimetres.
-
-    Raises:
-        InvalidData: it is not a number, or beyond ``LARGEST_FIGURE``.
-    """
-    number = float(value)
-    if not abs(number) <= LARGEST_FIGURE:
-        raise InvalidData(f"expected a finite number of at most {LARGEST_FIGURE:g}, not {number!r}")
-    return number
-
-
-def score(value: Any) -> float:
-    """Return a fitness of a file as a float.
-
-    Raises:
-        InvalidData: it is not a number, or beyond ``LARGEST_SCORE``.
-    """
-    number = finite(value)
-    if abs(number) > LARGEST_SCORE:
-        raise InvalidData(f"a fitness is beyond {LARGEST_SCORE:g} m: {number!r}")
-    return number
-
-
 @dataclasses.dataclass(frozen=True, slots=True)
 class Ancestor:
-    """One robot of a lineage.
+    """One robot of a lineage, of which ``MAX_LINE`` are read.
 
     Attributes:
         number: of its evaluation.
@@ -256,6 +156,11 @@ class Ancestor:
     operator: str
     fitness: float | None
     morphology: Morphology
+
+    @classmethod
+    def of(cls, r: Record) -> Self:
+        """Return a robot as it is recorded."""
+        return cls(r.number, r.parent, r.generation, r.operator, r.fitness, r.morphology)
 
     @property
     def is_founder(self) -> bool:

@@ -11,36 +11,68 @@ from typing import Any, Final
 
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, UnknownTask
-from engine.simulation.evaluation import Evaluation
+from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Computer, Origin
+from engine.storage.layouts.bases import Detail, detail_of
+from engine.storage.layouts.compact import (
+    closed_of,
+    digest_of_changes,
+    evaluation_of,
+    record_of,
+    unpacked,
+)
+from engine.storage.layouts.controllers import Genes
+from engine.storage.layouts.plain import from_row
+from engine.storage.layouts.tables import Change, Closed, Record, digest
 from engine.storage.reader import RunReader, check_fits
-from engine.storage.rows import digest, from_row
 from engine.storage.salvage import Row, salvage
 from engine.storage.schema import COLUMNS
 from engine.tasks import fitness
 
-_COLUMNS: Final = COLUMNS["evaluations"].split()
+_COLUMNS: Final = COLUMNS[2]["evaluations"].split()
 _FITNESS: Final = _COLUMNS.index("fitness")
 
 
 class SalvagedTables:
-    """The rows of a damaged run by table; a row that does not fit its table is left out."""
+    """The rows of a damaged run by table, whatever its format; a row that does not fit its table is left out.
+
+    Attributes:
+        path: of the run.
+        meta: facts about the whole run, by key.
+        generation_of: the generation of each evaluation that is whole.
+        damaged: numbers of evaluations that differ from what was written.
+        generations: what is recorded of each.
+        placements: all changes of maps.
+        state: the generation and the JSON that resuming needs.
+        pages: how many there are, are missing and are broken; its rows are gone.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.meta: dict[str, Any] = {}
-        self.rows: dict[int, tuple[Any, ...]] = {}
         self.generation_of: dict[int, int] = {}
         self.damaged: set[int] = set()
-        self.generations: dict[int, tuple[Any, ...]] = {}
-        self.placements: list[tuple[Any, ...]] = []
-        self.state: tuple[Any, ...] | None = None
+        self.generations: dict[int, Closed] = {}
+        self.placements: list[Change] = []
+        self.state: tuple[int, str] | None = None
         self._computers: dict[int, str] = {}
         self._computed: dict[int, tuple[int, float | None]] = {}
         self._digests: dict[int, bytes] = {}
         self._candidates: dict[int, list[tuple[Any, ...]]] = defaultdict(list)
-        for row in salvage(path).rows:
+        self._records: dict[int, list[tuple[Any, ...]]] = defaultdict(list)
+        self._details: dict[int, list[tuple[Any, ...]]] = defaultdict(list)
+        self._links: dict[int, tuple[Any, ...]] = {}
+        self._known: dict[int, Detail] = {}
+        self._waiting: dict[int, tuple[Record | None, tuple[Any, ...]]] = {}
+        self.pages = salvage(path)
+        for row in self.pages.rows:
             self._sort(row)
+        self.pages.rows.clear()
+
+    @property
+    def n_visible(self) -> int:
+        """How many evaluations are there, whether they are whole or not."""
+        return len({*self._candidates, *self._records})
 
     @property
     def projection(self) -> dict[str, str] | None:
@@ -70,16 +102,50 @@ class SalvagedTables:
         return str(self.meta.get("created_at", ""))
 
     def check_evaluations(self, config: RunConfig) -> dict[int, Evaluation]:
-        """Return the intact evaluations, by number, and remember the damaged ones."""
+        """Return the intact evaluations, by number, and remember the damaged ones.
+
+        Those whose controller is stored over one that is lost wait until this is known, see ``learn``.
+        """
         found = {}
         for number, rows in sorted(self._candidates.items()):
             for row in rows:
-                e = self._evaluation(config, number, row)
+                e = self._plain_evaluation(config, number, row)
                 if e is not None:
                     found[number] = e
-                    self.rows[number] = row
                     self.generation_of[number] = row[1]
             if number not in found:
+                self.damaged.add(number)
+        for number in sorted({*self._records, *self._details}):
+            records, details = self._records.get(number, []), self._details.get(number, [])
+            record = next(filter(None, map(_intact_record, records)), None)
+            detail = next((d for d in details if d[-1] == digest(d[:-1], "details")), None)
+            if detail is not None:
+                self._waiting[number] = record, detail
+            if records and (record is None or detail is None):
+                self.damaged.add(number)
+        return found | self._decoded(config)
+
+    def learn(self, config: RunConfig, s: Solution) -> dict[int, Evaluation]:
+        """Take a solution whose evaluation is lost; return the evaluations that were waiting for it."""
+        if not self._waiting:
+            return {}
+        self._known[s.number] = Detail(None, 0, Genes.of(s.controller), b"", b"")
+        return self._decoded(config)
+
+    def _decoded(self, config: RunConfig) -> dict[int, Evaluation]:
+        found = {}
+        for number, (record, row) in sorted(self._waiting.items()):
+            if row[1] is not None and row[1] not in self._known:
+                continue
+            del self._waiting[number]
+            try:
+                self._known[number] = detail_of(row, self._known)
+                if record is not None:
+                    e = evaluation_of(record, self._known)
+                    check_fits(config, e)
+                    found[number] = e
+                    self.generation_of[number] = record.generation
+            except (InvalidData, *UNEXPECTED_DATA):
                 self.damaged.add(number)
         return found
 
@@ -98,11 +164,20 @@ class SalvagedTables:
     def n_whole(self, evaluations: Mapping[int, Evaluation]) -> int:
         """Return how many generations are recorded whole."""
         n = n_evaluations = 0
+        before = b""
         while n in self.generations:
-            total = self.generations[n][1]
-            if type(total) is not int or not all(k in evaluations for k in range(n_evaluations, total)):
+            total = self.generations[n].n_evaluations
+            if not all(k in evaluations for k in range(n_evaluations, total)):
                 break
-            if not self._placements_are_whole(n, evaluations):
+            link = self._links.get(n)
+            if link is not None:
+                changes = sorted((c for c in self.placements if c[0] == n), key=lambda c: c[:3])
+                if link[-1] != digest((*link[:-1], before), "generations"):
+                    break
+                if link[-2] != digest_of_changes(changes):
+                    break
+                before = link[-1]
+            elif not self._placements_are_whole(n, evaluations):
                 break
             n, n_evaluations = n + 1, total
         return n
@@ -130,7 +205,7 @@ class SalvagedTables:
             if g <= generation:
                 held[archive, cell] = number
         try:
-            figures = json.loads(self.generations[generation][3])
+            figures = json.loads(self.generations[generation].archives)
             for name, f in figures.items():
                 filled = [n for (archive, _), n in held.items() if archive == name and n is not None]
                 n_cells = 1
@@ -142,7 +217,7 @@ class SalvagedTables:
             return False
         return True
 
-    def _evaluation(self, config: RunConfig, number: int, row: tuple[Any, ...]) -> Evaluation | None:
+    def _plain_evaluation(self, config: RunConfig, number: int, row: tuple[Any, ...]) -> Evaluation | None:
         try:
             e = from_row(dict(zip(_COLUMNS, row, strict=True)))
             check_fits(config, e)
@@ -157,16 +232,39 @@ class SalvagedTables:
             return None
 
     def _sort(self, row: Row) -> None:
+        values = (row.rowid, *row.values[1:])
         match row:
-            case Row(int(number), (None, int(), *_)) if len(row.values) == len(_COLUMNS) and number >= 0:
-                values = [number, *row.values[1:]]
-                if type(values[_FITNESS]) is int:  # SQLite stores whole numbers short
-                    values[_FITNESS] = float(values[_FITNESS])
-                self._candidates[number].append(tuple(values))
+            # format 3
+            case Row(int(number), (None, int(), str(), int() | None, str(), *_)) if len(values) == 12:
+                spent = values[10]
+                self._records[number].append((*values[:6], _real(values[6]), *values[7:]))
+                if type(values[9]) is int and (spent is None or type(spent) is int):
+                    self._computed[number] = values[9], None if spent is None else spent / 1e6
+            case Row(int(number), (None, int() | None, bytes(), bytes(), bytes(), bytes())):
+                self._details[number].append(values)
+            case Row(int(number), (None, int(), int(), bytes(), str(), float() | int(), bytes(), bytes())):
+                with contextlib.suppress(InvalidData, *UNEXPECTED_DATA):
+                    self._links[number] = (*values[:5], float(values[5]), *values[6:])
+                    self.generations[number] = closed_of(self._links[number])
+            case Row(1, (None, int(generation), bytes(algorithm), bytes())):
+                intact = values[-1] == digest(values[:-1], "state")
+                if intact and (self.state is None or self.state[0] < generation):
+                    with contextlib.suppress(InvalidData, *UNEXPECTED_DATA):
+                        self.state = generation, unpacked(algorithm)
+            case Row(int(number), (None, str(facts), int(), bytes())):
+                if values[-1] == digest(values[:-1], "computers"):
+                    self._computers[number] = facts
+            case Row(None, (int(), str(), str(), int() | None)):
+                self.placements.append(row.values)
+            # formats 1 and 2
+            case Row(int(number), (None, int(), str(), str(), *_)) if len(values) == 12 and number >= 0:
+                # SQLite stores whole numbers short
+                ordered = (*values[:_FITNESS], _real(values[_FITNESS]), *values[_FITNESS + 1 :])
+                self._candidates[number].append(ordered)
             case Row(int(number), (None, int(), int(), str(), str(), float() | int())) if number >= 0:
-                self.generations[number] = (number, *row.values[1:])
-            case Row(1, (None, int(), str())):
-                self.state = (1, *row.values[1:])
+                self.generations[number] = Closed(*values)
+            case Row(1, (None, int(generation), str(algorithm))):
+                self.state = generation, algorithm
             case Row(int(number), (None, str(facts))):
                 self._computers[number] = facts
             case Row(int(number), (None, int(computer), (float() | int() | None) as seconds)):
@@ -175,9 +273,22 @@ class SalvagedTables:
                 self._digests[number] = value
             case Row(None, (str(archive), str(cell), int(generation), int() | None as number)):
                 self.placements.append((generation, archive, cell, number))
+            # both
             case Row(None, (str(key), str(value))):
                 with contextlib.suppress(ValueError, RecursionError):
                     self.meta[key] = json.loads(value)
+
+
+def _real(value: Any) -> Any:
+    """Return a number as the column that holds fractions gives it back."""
+    return float(value) if type(value) is int else value
+
+
+def _intact_record(row: tuple[Any, ...]) -> Record | None:
+    try:
+        return record_of(row)
+    except (InvalidData, *UNEXPECTED_DATA):
+        return None
 
 
 def _cell(text: str) -> tuple[int, ...] | None:

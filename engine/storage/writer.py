@@ -8,7 +8,6 @@ holds whole generations, and the finished evaluations of the one that was under 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import errno
 import json
 import os
@@ -19,14 +18,15 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from engine.config import RunConfig, to_json
-from engine.errors import DamagedRunFile, InvalidData, RunFileError, as_typed
+from engine.errors import UNEXPECTED_DATA, DamagedRunFile, InvalidData, RunFileError, as_typed
 from engine.search.algorithm import Snapshot
 from engine.search.archive import cell_name
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.provenance import Computer, Origin
+from engine.simulation.provenance import Origin
+from engine.storage.layouts import CompactTables, tables_of
+from engine.storage.layouts.tables import Change, Closed
 from engine.storage.lock import RunLock, is_being_written, lock_path
 from engine.storage.rescue import Place, rescue
-from engine.storage.rows import digest, from_row, to_row
 from engine.storage.schema import APPLICATION_ID, FORMAT_VERSION, SUFFIX, TABLES
 
 LOG_LIMIT: Final = 8 * 1024 * 1024
@@ -46,7 +46,7 @@ class RunWriter:
         self._place = Place(path, connection)
         self._lost = False
         self._placed: dict[tuple[str, str], int] = {}
-        self._documents = connection.execute("PRAGMA user_version").fetchone()[0] > 1
+        self._tables = tables_of(self._query, connection.execute("PRAGMA user_version").fetchone()[0])
 
     @classmethod
     def create(
@@ -87,20 +87,15 @@ class RunWriter:
             # what a killed process may have left beside a file that is gone: SQLite would replay it
             for suffix in (".part", ".part-journal", "-wal", "-shm"):
                 path.with_name(path.name + suffix).unlink(missing_ok=True)
-            with contextlib.closing(sqlite3.connect(part, isolation_level=None)) as db:
-                db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
-                db.execute(f"PRAGMA application_id={APPLICATION_ID}")
-                db.execute(f"PRAGMA user_version={FORMAT_VERSION}")
-                meta = {
-                    "config": to_json(config),
-                    "versions": dict(versions),
-                    "created_at": created_at or _now(),
-                }
-                if projection is not None:
-                    meta["projection"] = dict(projection)
-                for key, value in meta.items():
-                    db.execute("INSERT INTO meta VALUES (?, ?)", (key, json.dumps(value)))
-                db.execute("COMMIT")
+            meta = {
+                "config": to_json(config),
+                "versions": dict(versions),
+                "created_at": created_at or _now(),
+            }
+            if projection is not None:
+                meta["projection"] = dict(projection)
+            with new_tables(part, meta):
+                pass
             # a reader never sees a half-made file
             part.replace(path)
             sync_folder(path)
@@ -123,15 +118,15 @@ class RunWriter:
         try:
             lock = RunLock.acquire(path)
             writer = cls(path, _connect_for_writing(path), lock)
-            for archive, cell, evaluation in writer._db.execute(
-                "SELECT archive, cell, evaluation FROM placements ORDER BY generation"
-            ):
-                writer._placed[archive, cell] = evaluation
-            writer._placed = {k: v for k, v in writer._placed.items() if v is not None}
+            writer._tables.check_numbers()
+            placed = {(archive, cell): n for _, archive, cell, n in writer._tables.changes(-1)}
+            writer._placed = {k: n for k, n in placed.items() if n is not None}
             return writer
-        except (OSError, sqlite3.Error) as e:
+        except (OSError, sqlite3.Error, InvalidData) as e:
             if lock is not None:
                 lock.release()
+            if isinstance(e, InvalidData):
+                raise DamagedRunFile(path, f"is damaged: {e}") from None
             raise unwritable(path, e) from e
 
     def __enter__(self) -> Self:
@@ -143,11 +138,9 @@ class RunWriter:
     def pending(self, generation: int) -> list[Evaluation]:
         """Return the finished evaluations of a generation that was not closed."""
         try:
-            rows = self._db.execute(
-                "SELECT * FROM evaluations WHERE generation = ? ORDER BY number", (generation,)
-            )
-            return [from_row(row) for row in rows]
-        except (sqlite3.Error, InvalidData) as e:
+            numbers = self._query("SELECT number FROM evaluations WHERE generation = ?", (generation,))
+            return [e for _, e in self._tables.evaluations(n for (n,) in numbers)]
+        except (sqlite3.Error, InvalidData, *UNEXPECTED_DATA) as e:
             raise DamagedRunFile(self.path, f"is damaged: {e}") from None
 
     def n_told(self, generation: int) -> int:
@@ -174,38 +167,18 @@ class RunWriter:
             evaluations: to save.
             origins: what computed each, if that is known.
         """
-        rows = [to_row(generation, e) for e in evaluations]
         with self._transaction():
-            self._db.executemany(f"INSERT INTO evaluations VALUES ({','.join('?' * 12)})", rows)
-            if not self._documents:
-                return
-            self._db.executemany("INSERT INTO digests VALUES (?, ?)", [(r[0], digest(r)) for r in rows])
-            self._add_origins(evaluations, origins)
+            self._tables.add_evaluations(generation, evaluations, origins)
 
-    def add_origins(self, evaluations: Sequence[Evaluation], origins: Sequence[Origin | None]) -> None:
-        """Save what computed evaluations that are saved already; None where that is not known."""
+    def add_recorded(self, closed: Closed, changes: Sequence[Change]) -> None:
+        """Save a generation as another file has it recorded; its evaluations are saved already."""
         with self._transaction():
-            self._add_origins(evaluations, origins)
+            self._tables.add_generation(closed, changes)
 
-    def _add_origins(self, evaluations: Sequence[Evaluation], origins: Sequence[Origin | None]) -> None:
-        for e, origin in zip(evaluations, origins, strict=False):
-            if origin is not None:
-                self._db.execute(
-                    "INSERT INTO computed VALUES (?, ?, ?)",
-                    (e.solution.number, self._computer_id(origin.computer), origin.seconds),
-                )
-
-    def _computer_id(self, computer: Computer) -> int:
-        facts = json.dumps(dataclasses.asdict(computer), sort_keys=True)
-        self._db.execute("INSERT OR IGNORE INTO computers (facts) VALUES (?)", (facts,))
-        (number,) = self._db.execute("SELECT id FROM computers WHERE facts = ?", (facts,)).fetchone()
-        return int(number)
-
-    def insert(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
-        """Save rows of a table that were read from another file of this format."""
+    def set_recorded_state(self, generation: int, algorithm: str) -> None:
+        """Save the state to resume from, JSON, as another file has it."""
         with self._transaction():
-            for row in rows:
-                self._db.execute(f"INSERT INTO {table} VALUES ({','.join('?' * len(row))})", tuple(row))
+            self._tables.set_state(generation, algorithm)
 
     def close_generation(
         self, algorithm: Snapshot, statistics: Any, seconds: float, finished_at: str = ""
@@ -231,15 +204,11 @@ class RunWriter:
             (n, failed) = self._db.execute(
                 "SELECT COUNT(*), COUNT(failure) FROM evaluations WHERE generation <= ?", (generation,)
             ).fetchone()
-            self._db.executemany("INSERT INTO placements VALUES (?, ?, ?, ?)", [*gone, *new])
-            self._db.execute(
-                "INSERT INTO generations VALUES (?, ?, ?, ?, ?, ?)",
-                (generation, n, failed, json.dumps(statistics), finished_at or _now(), seconds),
+            figures = json.dumps(statistics)
+            self._tables.add_generation(
+                Closed(generation, n, failed, figures, finished_at or _now(), seconds), [*gone, *new]
             )
-            self._db.execute(
-                "INSERT OR REPLACE INTO state VALUES (1, ?, ?)",
-                (generation, json.dumps(algorithm.state())),
-            )
+            self._tables.set_state(generation, json.dumps(algorithm.state()))
         self._placed = held
 
     def close(self) -> None:
@@ -264,6 +233,9 @@ class RunWriter:
         if error is not None:
             raise error
 
+    def _query(self, sql: str, parameters: tuple[Any, ...] = ()) -> list[sqlite3.Row]:
+        return self._db.execute(sql, parameters).fetchall()
+
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
         happened = self._place.lost()
@@ -281,6 +253,8 @@ class RunWriter:
             if happened is None:
                 if isinstance(e, sqlite3.Error):
                     raise unwritable(self.path, e) from e
+                if isinstance(e, InvalidData):
+                    raise DamagedRunFile(self.path, f"is damaged: {e}") from None
                 raise
         if happened is not None:
             raise self._rescued(happened)
@@ -298,6 +272,25 @@ class RunWriter:
             f"{text}; what was finished is saved in {saved}:"
             f" continue with 'tensatlas resume {as_typed(saved)}'"
         )
+
+
+@contextlib.contextmanager
+def new_tables(path: Path, meta: Mapping[str, Any]) -> Iterator[CompactTables]:
+    """Make a run file and give its tables, to be filled in one transaction.
+
+    Args:
+        path: of the file.
+        meta: facts about the whole run, JSON-ready, by key.
+    """
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
+        db.execute(f"PRAGMA application_id={APPLICATION_ID}")
+        db.execute(f"PRAGMA user_version={FORMAT_VERSION}")
+        db.row_factory = sqlite3.Row
+        tables = CompactTables(lambda sql, parameters=(): db.execute(sql, parameters).fetchall())
+        tables.create({key: json.dumps(value) for key, value in meta.items()})
+        yield tables
+        db.execute("COMMIT")
 
 
 def sync_folder(path: Path) -> None:

@@ -14,11 +14,12 @@ one. Read in this order:
 
 from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.loading import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
-from engine.tasks.squeezing import SQUEEZING
+from engine.tasks.squeezing import SQUEEZING, SQUEEZING_BY_DISTANCE
 from engine.tasks.task import (
     LARGEST_SCORE,
     SETTLE_TIME,
     TRIAL_TIME,
+    Bonus,
     Sensors,
     Task,
     bearing_name,
@@ -38,8 +39,10 @@ __all__ = [
     "LARGEST_SCORE",
     "SETTLE_TIME",
     "SQUEEZING",
+    "SQUEEZING_BY_DISTANCE",
     "TASKS_VARIABLE",
     "TRIAL_TIME",
+    "Bonus",
     "GroundFrame",
     "Sensors",
     "Task",

@@ -20,8 +20,8 @@ import numpy as np
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.errors import InvalidData, TaskError, UnknownTask
 from engine.tasks.goal_reaching import GOAL_REACHING
-from engine.tasks.squeezing import SQUEEZING
-from engine.tasks.task import Sensors, Task, describe, scores, sensed, target_offsets, worlds
+from engine.tasks.squeezing import SQUEEZING, SQUEEZING_BY_DISTANCE
+from engine.tasks.task import Bonus, Sensors, Task, describe, scores, sensed, target_offsets, worlds
 from engine.tasks.view import GroundFrame, View
 from engine.tasks.walls import Obstacles
 from engine.tasks.watchdog import TooLong, time_limit
@@ -34,19 +34,23 @@ _loaded: dict[str, tuple[Task, str]] = {}
 _mutex = threading.RLock()
 
 
-def get_task(name: str, sensors: Sensors = "centimetres") -> Task:
+def get_task(name: str, sensors: Sensors = "centimetres", bonus: Bonus = "depth") -> Task:
     """Return a task by name: a built-in one, or one from a file that the user has named.
 
     Args:
         name: of the task.
         sensors: the units that it senses in. What simulates a run's robots takes the run's, see
             ``config.task_of``; to everything else they make no difference.
+        bonus: the rule of squeezing's bonus; it goes with the sensors.
 
     Raises:
         UnknownTask: no task has this name.
         TaskError: a file of ``TENSATLAS_TASKS``, which may hold it, has an error.
     """
-    return _find(name).sensing(sensors)
+    task = _find(name)
+    if task is SQUEEZING and bonus == "distance":
+        task = SQUEEZING_BY_DISTANCE
+    return task.sensing(sensors)
 
 
 def _find(name: str) -> Task:

@@ -9,6 +9,7 @@ twice, the first time only to measure the turn.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Final
 
@@ -97,6 +98,13 @@ def _score(view: View) -> np.ndarray:
     return view.distance - np.where(depth >= DEPTH, BONUS, 0.0)
 
 
+def _score_by_distance(view: View) -> np.ndarray:
+    gate = entrance(view.target)
+    past = view.position[..., 0] > gate[..., 0]
+    far = np.linalg.norm(view.position - gate, axis=-1) >= DEPTH
+    return view.distance - np.where(past & far, BONUS, 0.0)
+
+
 SQUEEZING: Final = Task(
     name="squeezing",
     summary="crawl to a target 60 cm away through an aperture of 8 cm",
@@ -110,3 +118,5 @@ SQUEEZING: Final = Task(
     score=_score,
     score_name="final distance, less 4 cm past the gate",
 )
+SQUEEZING_BY_DISTANCE: Final = dataclasses.replace(SQUEEZING, score=_score_by_distance)
+"""The same with the published bonus: for a head past the entrance and ``DEPTH`` away from its middle."""

@@ -31,6 +31,9 @@ MAX_TARGETS: Final = 20
 Sensors = Literal["centimetres", "relative"]
 """Units of what the built-in tasks sense: centimetres and radians, as published, or parts of the distance at
 the start and of pi."""
+Bonus = Literal["depth", "distance"]
+"""What squeezing's bonus takes: a head that is far enough past the entrance or, as published, past it and far
+enough from its middle."""
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 
 

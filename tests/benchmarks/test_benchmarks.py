@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tyro
 
-from benchmarks import attack, explorer, free_energy, simulation
+from benchmarks import agreement, attack, explorer, free_energy, simulation
 from benchmarks.timing import machine, simulate, timed
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
@@ -50,6 +50,14 @@ def test_free_energy(small_run: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "largest residual speed" in out
 
 
+def test_agreement(capsys: pytest.CaptureFixture[str]) -> None:
+    line = "--robots 2 --trial-time 1 --task squeezing".split()
+    assert agreement.main(tyro.cli(agreement.Arguments, args=line)) == 0
+    out = capsys.readouterr().out
+    assert "4 heads differ at the end of 1 s by" in out
+    assert "2 of 2 robots have the same head" in out
+
+
 def test_attack(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "300")
     status = attack.main(attack.Arguments(quick=True))
@@ -61,6 +69,10 @@ def test_attack(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
         "3 browsers that each click another robot",
         "empty maps",
         "lines on the terminal",
+        "pipes among the runs",
+        "end by SIGTERM",
+        "the largest networks",
+        "clicked and been closed",
     ):
         assert figure in out
     assert status == int("a figure falls short" in out)

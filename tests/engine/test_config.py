@@ -50,11 +50,18 @@ configs = st.builds(
         compatibility_threshold=positive,
     ),
     sensors=st.sampled_from(["centimetres", "relative"]),
+    bonus=st.sampled_from(["depth", "distance"]),
+    head_search=st.sampled_from(["together", "rhythms"]),
     controller_cells=st.tuples(st.integers(1, 50), st.integers(1, 50)),
     variation=st.builds(
         VariationConfig,
         body=st.builds(BodyRates, body_rate=st.floats(0.01, 1.0), module_rate=st.floats(0.0, 0.5)),
-        neat=st.builds(NeatRates, hidden=st.integers(0, 9), weight_power=st.floats(0.001, 30.0)),
+        neat=st.builds(
+            NeatRates,
+            hidden=st.integers(0, 9),
+            weight_power=st.floats(0.001, 30.0),
+            version=st.sampled_from(["2.0", "0.92"]),
+        ),
         both_weight=st.integers(0, 100),
         crossover=st.floats(0.0, 1.0),
     ),
@@ -65,6 +72,7 @@ configs = st.builds(
         settle_time=whole_periods,
         open_loop_time=whole_periods,
         trial_time=st.integers(1, 100).map(float),
+        unfed_outputs=st.sampled_from(["bias", "zero"]),
     ),
     physics=st.builds(
         lambda scale, **others: with_inertia(Physics(**others), scale),
@@ -84,8 +92,11 @@ def test_json_round_trip_is_lossless(config):
 
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
-    assert (c.sensors, c.variation, c.map_search.sensory) == ("centimetres", PUBLISHED, "displacements")
-    assert c.vie_neat.maximise == "inverse"
+    assert (c.sensors, c.map_search.sensory, c.bonus) == ("centimetres", "displacements", "distance")
+    assert c.head_search == "rhythms"
+    old = dataclasses.replace(PUBLISHED.neat, version="0.92")
+    assert c.variation == dataclasses.replace(PUBLISHED, neat=old)
+    assert (c.vie_neat.maximise, c.trials.unfed_outputs) == ("inverse", "zero")
     assert (c.evaluations, c.map_search.initial, c.map_search.batch_size) == (45_000, 1080, 24)
     assert c.map_search.refit_generations == (0, 50, 150, 350, 750, 1550)
     assert c.trials.repeats == 2

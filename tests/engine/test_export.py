@@ -1,6 +1,7 @@
 import collections
 import csv
 import dataclasses
+import hashlib
 import io
 import json
 import re
@@ -19,7 +20,7 @@ from engine.body.morphology import Morphology
 from engine.config import from_json, preset, replaced
 from engine.control.genome import Controller
 from engine.errors import ExportError, RunFileError
-from engine.export import export_files, write_folder
+from engine.export import export_files, robot_hash, write_folder
 from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.files import zip_bytes
 from engine.runs.evolve import evolve
@@ -237,3 +238,21 @@ def test_a_failure_leaves_nothing_half_made(tmp_path, monkeypatch):
     with pytest.raises(ExportError, match="No space left"):
         write_folder({"a.txt": b"1", "b.txt": b"2"}, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_robot_with_other_sensors_or_another_network_is_another_robot(evaluation):
+    solution = evaluation.solution
+    former = replaced(preset("smoke"), sensors="centimetres")
+    content = {
+        "morphology": solution.morphology.to_json(),
+        "controller": solution.controller.to_json(),
+        "task": {"name": "goal-reaching"},
+        "physics": dataclasses.asdict(former.physics),
+    }
+    # as it was before there was a choice
+    expected = hashlib.sha256(json.dumps(content, separators=(",", ":")).encode())
+    assert robot_hash(former, solution) == expected.hexdigest()
+    zero = dataclasses.replace(former.trials, unfed_outputs="zero")
+    others = [replaced(former, sensors="relative"), replaced(former, trials=zero)]
+    assert len({robot_hash(config, solution) for config in [former, *others]}) == 3
+    assert robot_hash(replaced(former, seed=9), solution) == expected.hexdigest()

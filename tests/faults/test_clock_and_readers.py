@@ -44,7 +44,9 @@ def log_size(path):
 
 
 def write(writer, numbers, solution):
-    writer.add_evaluations(0, [made_up_evaluation(dataclasses.replace(solution, number=n)) for n in numbers])
+    evaluations = [made_up_evaluation(dataclasses.replace(solution, number=n)) for n in numbers]
+    # long texts, or it would take many evaluations to fill the log
+    writer.add_evaluations(0, [dataclasses.replace(e, fitness=None, failure="x" * 2000) for e in evaluations])
 
 
 def test_the_log_stays_small_beside_our_readers_and_recovers_from_others(tmp_path):

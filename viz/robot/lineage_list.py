@@ -6,7 +6,7 @@ import html
 from collections.abc import Sequence
 
 from engine.body.morphology import body_changes
-from engine.storage.rows import Ancestor
+from engine.storage.rows import MAX_LINE, Ancestor
 from viz import theme
 
 THOUSAND = 1000
@@ -40,7 +40,11 @@ def render(line: Sequence[Ancestor], shown: int, target_distance: float, on_clic
     paired = any(a.operator == "paired" for a in line)
     notes = []
     if not line[-1].is_founder:
-        notes.append("This file does not hold its earlier ancestors.")
+        notes.append(
+            f"Only its last {MAX_LINE} ancestors are shown."
+            if len(line) >= MAX_LINE
+            else "This file does not hold its earlier ancestors."
+        )
     if paired:
         notes.append(
             "This is the line of the bodies. Controllers evolve in a population of their own; whom they"

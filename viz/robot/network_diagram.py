@@ -12,13 +12,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from engine.body import servo
-from engine.control.genome import ConnectionGene, Controller
+from engine.control.genome import N_OUTPUTS, ConnectionGene, Controller
 from engine.control.network import Network
 
 WIDTH = 300
 POSITIVE, NEGATIVE = "#5aa9e6", "#e6786e"
 REST, ACTIVE = (58, 66, 80), (255, 214, 92)
 """Colours of a neuron at 0 and at 1."""
+MOST_NEURONS, MOST_LINKS = 300, 1500
+"""A larger network's hidden part is not drawn: nobody could read it, and it costs every browser time."""
 ROW = 13.0
 _INPUTS, _HIDDEN, _OUTPUTS = 76.0, (104.0, 158.0), 186.0
 _BAR = (194.0, 40.0)
@@ -43,6 +45,17 @@ class NetworkDiagram:
     ) -> None:
         self.network = Network(controller, n_modules)
         self._controller = controller
+        drawn = {*self.network.levels, *self.network.outputs}
+        self._links = [c for c in controller.connections if c.enabled and c.target in drawn]
+        self._levels = self.network.levels
+        self._remark = ""
+        if len(drawn) > MOST_NEURONS or len(self._links) > MOST_LINKS:
+            self._remark = (
+                f'<div class="ta-network-large" style="font-size:11.5px;opacity:.8;padding:3px 10px">'
+                f"{len(self._levels)} hidden neurons and {len(self._links)} connections are too many to be"
+                " drawn.</div>"
+            )
+            self._links, self._levels = [], {}
         self._names = input_names
         order = range(n_modules, 0, -1) if head_is_end else range(1, n_modules + 1)
         self.modules = tuple(order)
@@ -50,9 +63,7 @@ class NetworkDiagram:
 
     def render(self) -> str:
         """Return the picture: inputs left, hidden nodes, frequency and phase of each module right."""
-        network = self.network
         place = self._places()
-        drawn = {*network.levels, *network.outputs}
         height = max(place[k][1] for k in place) + ROW
         bias = {n.key: n.bias for n in self._controller.nodes}
         names = {-1 - k: name for k, name in enumerate(self._names)}
@@ -63,8 +74,7 @@ class NetworkDiagram:
             ".ta-network .bar{transition:transform .1s linear;transform:scaleX(0)}"
             ".ta-network .opt{opacity:0}</style>"
         ]
-        links = [c for c in self._controller.connections if c.enabled and c.target in drawn]
-        parts += [_link(c, place, names) for c in sorted(links, key=lambda c: abs(c.weight))]
+        parts += [_link(c, place, names) for c in sorted(self._links, key=lambda c: abs(c.weight))]
         for key, (x, y) in place.items():
             hint = f"{names[key]}" if key < 0 else f"node {key}, bias {bias[key]:.3f}"
             parts.append(
@@ -77,7 +87,7 @@ class NetworkDiagram:
                     f"{html.escape(names[key])}</text>"
                 )
         parts += [self._module(k, place) for k in range(len(self.modules))]
-        parts.append("</svg>")
+        parts.append(f"</svg>{self._remark}")
         return "".join(parts)
 
     def style(self, neurons: Mapping[int, float]) -> str:
@@ -86,7 +96,11 @@ class NetworkDiagram:
         Args:
             neurons: activation by key, in [0, 1]; empty while the network has no say.
         """
-        rules = [f".n{key}{{fill:{_SHADES[_percent(value)]}}}" for key, value in neurons.items()]
+        rules = [
+            f".n{key}{{fill:{_SHADES[_percent(value)]}}}"
+            for key, value in neurons.items()
+            if key < N_OUTPUTS or key in self._levels
+        ]
         for first, options in ((0, servo.FREQUENCIES), (1, servo.PHASES)):
             keys = [key for key in self.network.outputs[first::2] if key in neurons]
             values = np.array([neurons[key] for key in keys])
@@ -98,7 +112,7 @@ class NetworkDiagram:
 
     def _places(self) -> dict[int, tuple[float, float]]:
         """Return where each node is: hidden ones from left to right by how far they are from the inputs."""
-        levels, outputs = self.network.levels, self.network.outputs
+        levels, outputs = self._levels, self.network.outputs
         deepest = max(levels.values(), default=1)
         height = max(ROW * len(outputs), 18.0 * len(self._names), 70.0)
         place = {-1 - k: (_INPUTS, height * (k + 0.5) / len(self._names)) for k in range(len(self._names))}

@@ -84,7 +84,7 @@ inline real logistic(real z) {
 
 // Evaluates the network: inputs[INPUTS] to outputs[OUTPUTS], each from 0 to 1.
 inline void think(const real *inputs, real *outputs) {
-  real hidden[HIDDEN + 1];
+  real hidden[HIDDEN + 1] = {real(0)};
   for (uint16_t node = 0; node < HIDDEN + OUTPUTS; ++node) {
     real total = 0;
     const uint16_t end = TSMR_READ(uint16_t, NODE_LINKS[node + 1]);

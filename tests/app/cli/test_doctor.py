@@ -2,11 +2,11 @@
 
 import shutil
 import socket
-import sqlite3
 
 import pytest
 
 from engine.storage.lock import lock_path
+from tests.support.run_formats import change
 
 
 def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
@@ -28,7 +28,7 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
         f"GB free in {tmp_path}",
         "can be written, read meanwhile and locked",
         "cannot listen on 127.0.0.1:",
-        "is a run file: dm-me on goal-reaching, seed 7, format 2",
+        "is a run file: dm-me on goal-reaching, seed 7, format 3",
         "SQLite finds no damage",
         "3 generations, 18 of 18 evaluations",
         "nothing is orphaned or missing",
@@ -47,9 +47,8 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
         ("DELETE FROM evaluations WHERE number = 17", "18 evaluations were counted, 17 are there"),
         ("UPDATE placements SET evaluation = 99", "evaluations that do not exist: 99"),
         ("DELETE FROM state", "the state to resume from is missing"),
-        ("UPDATE state SET generation = 1", "states to resume from are not of the last generation"),
-        ("UPDATE evaluations SET operator = 'both' WHERE number = 9", "differ from what was written: 9"),
-        ("UPDATE evaluations SET controller = x'ff00' WHERE number = 9", "evaluation 9"),
+        ("UPDATE state SET generation = 9", "states to resume from are not of the last generation"),
+        ("UPDATE details SET controller = x'ff00' WHERE number = 9", "evaluation 9"),
         ("DROP TABLE placements", "table placements is not as expected"),
         ("CREATE VIEW v AS SELECT 1", "it has a view"),
     ],
@@ -58,9 +57,7 @@ def test_what_is_wrong_with_a_run_is_said(small_run, tmp_path, sql, said):
     from engine.storage.check import check_run
 
     path = shutil.copy(small_run, tmp_path / "run.tsmr")
-    db = sqlite3.connect(path, isolation_level=None)
-    db.execute(sql)
-    db.close()
+    change(path, sql)
     found = [f for f in check_run(path) if f.verdict == "problem"]
     assert any(said in f.text for f in found), found
     # what to do about it is said beside it, or in the error where it cannot be opened, if it is a run at all
@@ -69,12 +66,35 @@ def test_what_is_wrong_with_a_run_is_said(small_run, tmp_path, sql, said):
     assert any(foreign in f.text for f in found) == ("VIEW" in sql)
 
 
+@pytest.mark.parametrize(
+    ("sql", "said"),
+    [
+        ("UPDATE evaluations SET operator = 'both' WHERE number = 9", "1 evaluations differ from what was w"),
+        ("UPDATE details SET controller = x'ff00' WHERE number = 9", "rows of details differ from what was"),
+        (
+            "DELETE FROM details WHERE number = 9",
+            "differ from what was written: 1 are missing",
+        ),
+        ("UPDATE computers SET n_evaluations = 3", "rows of computers differ from what was written: 1"),
+        ("UPDATE placements SET evaluation = 9 WHERE generation = 1", "the maps of generation 1 differ from"),
+        ("UPDATE generations SET n_failed = 9 WHERE generation = 1", "generation 1 differs from what was w"),
+        ("DELETE FROM generations WHERE generation = 2", "generation 2 is missing"),
+        ("UPDATE state SET generation = 1", "rows of state differ from what was written: the whole"),
+    ],
+)
+def test_what_is_not_as_it_was_written_is_said(small_run, tmp_path, sql, said):
+    from engine.storage.check import check_run
+
+    path = shutil.copy(small_run, tmp_path / "run.tsmr")
+    change(path, sql, sealed=False)
+    found = [f for f in check_run(path) if f.verdict == "problem"]
+    assert any(said in f.text and "tensatlas recover" in f.remedy for f in found), found
+
+
 def test_a_run_that_is_damaged_locked_and_of_other_versions(tensatlas, small_run, tmp_path):
     path = shutil.copy(small_run, tmp_path / "run.tsmr")
-    db = sqlite3.connect(path, isolation_level=None)
     physics = 'replace(value, \'"physics": "\', \'"physics": "0\')'
-    db.execute(f"UPDATE meta SET value = {physics} WHERE key = 'versions'")
-    db.close()
+    change(path, f"UPDATE meta SET value = {physics} WHERE key = 'versions'")
     lock_path(path).write_text("12345")
     status, text, _ = tensatlas("doctor", path)
     lines = text.splitlines()

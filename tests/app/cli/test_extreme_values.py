@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
-import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +12,12 @@ import pytest
 from engine.errors import RunFileError
 from engine.files import readable_json
 from engine.storage.reader import RunReader
-from engine.storage.rows import digest
 from tests.support.command_line import Command
+from tests.support.run_formats import change, in_format
 
 HUGE = np.full(16, 3e38, "<f4").tobytes()
-FIGURE = """UPDATE generations SET archives = replace(archives, '"{0}": ', '"{0}": {1}, "x": ')"""
+FIGURE = """UPDATE generations SET archives =
+ packed(replace(unpacked(archives), '"{0}": ', '"{0}": {1}, "x": '))"""
 CHANGES = {
     "fitness": "UPDATE evaluations SET fitness = 1e308",
     "fitness below": "UPDATE evaluations SET fitness = -1e308",
@@ -40,14 +39,15 @@ COMMANDS = [
 ]
 
 
-@pytest.fixture(params=CHANGES)
-def extreme(request: pytest.FixtureRequest, copy: Path) -> Path:
-    """A run with a figure that no run has, its digests as if it had been written so."""
-    with contextlib.closing(sqlite3.connect(copy)) as db, db:
-        assert db.execute(CHANGES[request.param]).rowcount
-        for row in db.execute("SELECT * FROM evaluations").fetchall():
-            db.execute("UPDATE digests SET digest = ? WHERE number = ?", (digest(row), row[0]))
-    return copy
+@pytest.fixture(params=[(1, what) for what in CHANGES] + [(3, what) for what in ("fitness", "mean", "time")])
+def extreme(request: pytest.FixtureRequest, copy: Path, tmp_path: Path) -> Path:
+    """A run of a format with a figure that no run has, its digests as if it had been written so."""
+    version, what = request.param
+    path = copy if version == 3 else in_format(copy, tmp_path / "extreme.tsmr", version)
+    before = path.read_bytes()
+    change(path, CHANGES[what])
+    assert path.read_bytes() != before
+    return path
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
@@ -69,8 +69,7 @@ def test_it_is_refused_in_a_line(
 
 def test_what_a_map_shows_is_refused(small_run: Path, tmp_path: Path) -> None:
     path = Path(shutil.copy(small_run, tmp_path / "run.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        db.execute("UPDATE evaluations SET fitness = 1e12")
+    change(path, "UPDATE evaluations SET fitness = 1e12")
     with RunReader(path) as reader, pytest.raises(RunFileError, match="a fitness is beyond"):
         reader.summaries({0})
 

@@ -99,7 +99,7 @@ def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
     commands = "explore evolve resume campaign info export record replay-dump verify reevaluate compare"
-    commands += " table project doctor recover migrate"
+    commands += " table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
 
@@ -117,23 +117,45 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size cell-capacity controller-cells evaluations initial overlap parents"
-        " preset reevaluations refit-generations seed sensors sensory stiffness task",
+        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations head-search initial"
+        " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight crossover",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
-        " neuron-add neuron-remove weight-power weight-rate weight-replace",
-        "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time",
+        " neuron-add neuron-remove version weight-power weight-rate weight-replace",
+        "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time unfed-outputs",
         "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
         " servo-noise simulator timestep",
         "vie-neat.": "boundary-rate compatibility-threshold controllers elitism maximise morphologies mutants"
         " species-elitism",
     }
     flags = {prefix + name for prefix, names in groups.items() for name in names.split()}
+    flags |= {"config"}
     flags |= {"pool", "scheduler", "slurm", "timeout", "workers"}  # what computes
     shown = re.findall(r"^[│ ]+--([a-z][a-z.-]+) ", out, flags=re.MULTILINE)
     assert set(shown) == flags
     assert len(shown) == len(flags)
+
+
+def test_a_run_is_described_by_a_file_and_flags_win_over_it(tensatlas: Command, tmp_path: Path) -> None:
+    described = ["preset = 'smoke'", "evaluations = 6", "initial = 4", "batch_size = 2", "[trials]"]
+    described += ["repeats = 1", "trial_time = 1.0", "settle_time = 0.2", "open_loop_time = 0.2"]
+    (tmp_path / "run.toml").write_text("\n".join(described))
+    one = ["--config", "run.toml", "--seed", 5, "--workers", 1]
+    assert tensatlas("evolve", "a.tsmr", *one)[0] == 0
+    status, text, _ = tensatlas("info", "a.tsmr", "--config")
+    assert (status, "seed = 5\n" in text, "repeats = 1\n" in text) == (0, True, True)
+    (tmp_path / "again.toml").write_text(text)
+    # the file that the run itself gives repeats it, whatever the preset; its evaluations are left as they are
+    assert (
+        tensatlas("evolve", "b.tsmr", "--config", "again.toml", "--preset", "paper", "--workers", 1)[0] == 0
+    )
+    with RunReader(tmp_path / "a.tsmr") as a, RunReader(tmp_path / "b.tsmr") as b:
+        assert a.config == b.config
+        assert (a.config.seed, a.config.evaluations, a.config.trials.repeats) == (5, 6, 1)
+        assert a.canonical_hash() == b.canonical_hash()
+    status, out, err = tensatlas("evolve", "c.tsmr", "--config", "run.toml", "--trials.repeats", 0)
+    assert (status, out, err.count("\n"), "repeats" in err) == (2, "", 1, True)
 
 
 def test_the_help_lists_the_tasks(tensatlas: Command) -> None:
@@ -216,6 +238,7 @@ def test_bad_run_files_get_one_line(
         ("evolve x.tsmr --physics.timestep 0.005", "robots would fly apart"),
         ("evolve x.tsmr --trials.trial-time nan", "trial_time"),
         ("evolve x.txt", "ends in .tsmr"),
+        ("evolve x.tsmr --config file/run.toml", "file/run.toml cannot be read"),
         ("evolve file/x.tsmr", "not a folder"),
         ("explore --port 99999", "port must be"),
         ("explore --host 203.0.113.1", "cannot listen on 203.0.113.1"),

@@ -1,8 +1,6 @@
 from __future__ import annotations
 
-import contextlib
 import shutil
-import sqlite3
 from pathlib import Path
 
 import pytest
@@ -10,6 +8,7 @@ import pytest
 from app.maps.shared_scale import SharedScale
 from app.runs.library import Library
 from engine.storage.reader import RunReader
+from tests.support.run_formats import change
 from viz.maps.contents import load_contents
 from viz.maps.scale import color_limits
 
@@ -21,8 +20,7 @@ def test_a_scale_for_all_runs_of_a_task_holds_the_values_of_all(
     for run in (small_run, grid_run):
         shutil.copy(run, tmp_path / run.name)
     # both are of the same robots: let those of one run be 10 cm better
-    with contextlib.closing(sqlite3.connect(tmp_path / grid_run.name)) as db, db:
-        db.execute("UPDATE evaluations SET fitness = fitness - 0.1")
+    change(tmp_path / grid_run.name, "UPDATE evaluations SET fitness = fitness - 0.1")
     (tmp_path / "damaged.tsmr").write_text("no run")
     library = Library([tmp_path])
     try:

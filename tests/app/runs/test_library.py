@@ -1,23 +1,25 @@
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
-import sqlite3
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from app.runs import launcher
 from app.runs.library import Library, RunStatus
 from app.runs.run_names import find_run, label_paths
+from engine.analysis.robustness import load_robust
 from engine.config import RunConfig, create_algorithm
-from engine.errors import RunFileError
+from engine.errors import DumpError, InvalidData, RunFileError
+from engine.replay.dump import read_dump
 from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.workers.evaluator import create_evaluator
 from tests.support.opened import files_opened
+from tests.support.run_formats import change
 
 
 @pytest.fixture
@@ -43,8 +45,7 @@ def test_a_run_whose_task_file_has_an_error_is_listed_with_it(
     library: Library, tmp_path: Path, small_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = Path(shutil.copy(small_run, tmp_path / "a.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
+    change(path, "UPDATE meta SET value = json_set(value, '$.task', 'my-task') WHERE key = 'config'")
     broken = tmp_path / "broken.py"
     broken.write_text("TASK = (")
     monkeypatch.setenv("TENSATLAS_TASKS", str(broken))
@@ -73,6 +74,71 @@ def test_a_run_file_is_opened_by_sqlite_alone(library: Library, tmp_path: Path, 
         library.facts(path)
         assert "cut short" in (library.facts(broken).problem or "")
     assert [p for p in opened if p.suffix == ".tsmr"] == []
+
+
+def test_what_is_no_file_is_no_run_and_keeps_nothing_waiting(
+    library: Library, tmp_path: Path, small_run: Path
+) -> None:
+    folder = tmp_path / "shown"
+    (folder / "folder.tsmr").mkdir(parents=True)
+    os.mkfifo(folder / "x.tsmr")
+    (folder / "gone.tsmr").symlink_to(tmp_path / "nowhere")
+    (folder / "link.tsmr").symlink_to(small_run)
+    path = Path(shutil.copy(small_run, folder / "a.tsmr"))
+    for name in ("a.tsmr.lock", "a.robust.json", "a.log", "a.tsdump"):
+        os.mkfifo(folder / name)
+    assert library.runs() == [path, small_run.resolve()]
+    assert library.facts(path).problem is None
+    assert "is not a TensAtlas run file" in str(library.facts(folder / "x.tsmr").problem)
+    with pytest.raises(InvalidData, match="regular file"):
+        load_robust(folder / "a.robust.json")
+    with pytest.raises(DumpError, match="regular file"):
+        read_dump(folder / "a.tsdump")
+    assert launcher.last_words(path) is None
+
+
+def test_a_disk_that_does_not_answer_keeps_nobody_from_other_runs(
+    tmp_path: Path, small_run: Path, grid_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("app.runs.library.ANSWER_TIME", 0.3)
+    (tmp_path / "far").mkdir()
+    far = Path(shutil.copy(grid_run, tmp_path / "far" / "far.tsmr"))
+    library, go, lost = Library([tmp_path / "far", small_run]), threading.Event(), threading.Event()
+    stat, iterdir = Path.stat, Path.iterdir
+
+    def slow_stat(path: Path, **options: bool) -> os.stat_result:
+        if lost.is_set() and "far" in str(path):
+            assert go.wait(30)
+        return stat(path, **options)
+
+    def slow_iterdir(path: Path) -> Iterator[Path]:
+        if lost.is_set() and "far" in str(path):
+            assert go.wait(30)
+        return iterdir(path)
+
+    monkeypatch.setattr(Path, "stat", slow_stat)
+    monkeypatch.setattr(Path, "iterdir", slow_iterdir)
+    moved = threading.Event()
+    try:
+        assert library.runs() == [far, small_run.resolve()]
+        library.watch("far", far, lambda *_: None, library.status(far))
+        lost.set()
+        assert library.runs() == [far, small_run.resolve()]  # as they were
+        with pytest.raises(RunFileError, match="does not answer"):
+            library.reader(far)
+        assert "does not answer" in str(library.facts(far).problem)
+        library.watch("near", small_run, lambda *_: moved.set(), RunStatus(0, 1, False))
+        assert moved.wait(30)
+        assert library.facts(small_run).problem is None
+        before = threading.active_count()
+        for _ in range(20):
+            assert library.runs()
+            assert library.facts(far).problem
+        assert threading.active_count() <= before + 2
+        library.close()  # nor the end of the app
+    finally:
+        go.set()
 
 
 def test_a_replaced_file_is_read_anew(

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import json
 import shutil
 import sqlite3
 from pathlib import Path
@@ -14,6 +16,19 @@ from app.runs.upload import keep, safe_name
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 from tests.support.opened import files_opened
+from tests.support.run_formats import change, in_format
+
+MANY_ARCHIVES = "".join(f", '$.a{k}', json_extract(archives, '$.morphology')" for k in range(20))
+
+
+def chain(n: int) -> dict[str, object]:
+    """Return the genotype of a network of n hidden neurons in a row."""
+    path = [-1, *range(20, 20 + n), 0]
+    return {
+        "n_inputs": 2,
+        "nodes": [[k, 0.0, 1.0] for k in range(20 + n)],
+        "connections": [[a, b, 1.0, True, k] for k, (a, b) in enumerate(itertools.pairwise(path))],
+    }
 
 
 @pytest.fixture
@@ -24,9 +39,7 @@ def folder(tmp_path: Path) -> Path:
 def changed(run: Path, tmp_path: Path, *commands: str) -> bytes:
     """Return a run file that somebody has worked on."""
     path = Path(shutil.copy(run, tmp_path / "changed.tsmr"))
-    with contextlib.closing(sqlite3.connect(path)) as db, db:
-        for command in commands:
-            db.execute(command)
+    change(path, *commands)
     with contextlib.closing(sqlite3.connect(path)) as db:
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     return path.read_bytes()
@@ -65,7 +78,7 @@ def test_a_name_never_leaves_the_folder_nor_hides(name: str) -> None:
         (["DROP TABLE state"], "table state"),
         (["PRAGMA application_id = 1"], "another program"),
         (["PRAGMA user_version = 99"], "newer"),
-        (["UPDATE evaluations SET controller = '[]'"], "damaged"),
+        (["UPDATE details SET controller = '[]'"], "damaged"),
         (["UPDATE placements SET cell = '190' || cell"], "outside"),
         (["DELETE FROM placements", "DELETE FROM generations"], "no finished generation"),
         (["CREATE VIEW evil AS SELECT 1"], "view"),
@@ -91,6 +104,35 @@ def test_what_is_no_sound_run_is_refused_with_a_reason(
     assert str(tmp_path) not in str(refused.value)
     assert "\n" not in str(refused.value)
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("command", "what"),
+    [
+        ("UPDATE generations SET generation = 20000 WHERE generation = 0", "more than 20000 generations"),
+        (f"UPDATE evaluations SET controller = '{json.dumps(chain(300))}'", "200 connections in a row, not"),
+        (f"UPDATE evaluations SET controller = '{json.dumps(chain(9980))}'", "at most 2000 nodes"),
+        ("UPDATE evaluations SET controller = zeroblob(4000001)", "its controller has a length of"),
+        ("UPDATE evaluations SET distances = '[' || hex(zeroblob(500000)) || ']'", "its distances has a"),
+        ("UPDATE evaluations SET operator = hex(zeroblob(2500000))", "its operator has 5000000 characters"),
+        ("UPDATE meta SET value = json_quote(hex(zeroblob(100))) WHERE key = 'created_at'", "the date has"),
+        (
+            "UPDATE meta SET value = json_object('a', hex(zeroblob(2000))) WHERE key = 'versions'",
+            "a has 4000",
+        ),
+        ("UPDATE generations SET archives = json_set(archives, '$.morphology.axes[0].n', 51)", "impossible"),
+        ("UPDATE generations SET archives = json_set(archives" + MANY_ARCHIVES + ")", "at most 16 archives"),
+        ("UPDATE generations SET archives = archives || hex(zeroblob(60000))", "figures of a generation has"),
+    ],
+)
+def test_what_costs_too_much_is_refused_with_a_reason(
+    command: str, what: str, small_run: Path, folder: Path, tmp_path: Path
+) -> None:
+    old = in_format(small_run, tmp_path / "old.tsmr", 1)  # which has no digests that would tell
+    keep("good.tsmr", old.read_bytes(), folder)
+    with pytest.raises(RunFileError, match=what) as refused:
+        keep("bad.tsmr", changed(old, tmp_path, command), folder)
+    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("content", [b"", b"SQLite format 3\x00", b"x" * 5000, b"PK\x03\x04" + b"\0" * 200])

@@ -1,4 +1,4 @@
-"""The reverse proxies of docs/serving.md, as they stand there, before a server; where they are installed."""
+"""The reverse proxies of docs/serving.md, as they stand there, before a server; where one is installed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 import dataclasses
 import shutil
-import sqlite3
 
 import numpy as np
 import pytest
@@ -37,6 +36,7 @@ from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation, examples, made_up_evaluation
 from tests.support.made_up_grid import AXES, random_grid_run, write_grid_run
+from tests.support.run_formats import change
 
 MODULES, STIFFNESS, PCA_1, PCA_2 = AXES
 
@@ -58,13 +58,6 @@ def double_run(tmp_path_factory):
 @pytest.fixture
 def grid_run(tmp_path):
     return random_grid_run(tmp_path / "grid.tsmr")
-
-
-def change(path, sql):
-    db = sqlite3.connect(path)
-    with db:
-        db.execute(sql)
-    db.close()
 
 
 # ---- axes
@@ -222,7 +215,7 @@ def test_what_lacks_a_trajectory_is_simulated_again(simulated_run, tmp_path):
     """Real simulations: without trajectories the same map comes out as with them."""
     whole, stripped = tmp_path / "whole.tsmr", tmp_path / "stripped.tsmr"
     shutil.copy(simulated_run, stripped)
-    change(stripped, "UPDATE evaluations SET trajectory = x'' WHERE number % 2 = 0")
+    change(stripped, "UPDATE details SET trajectory = x'' WHERE number % 2 = 0")
     counts = []
     project_run(simulated_run, whole)
     report = project_run(
@@ -244,7 +237,9 @@ def test_what_lacks_a_trajectory_is_simulated_again(simulated_run, tmp_path):
 def test_robots_that_another_machine_would_simulate_otherwise_are_counted(simulated_run, tmp_path):
     path = shutil.copy(simulated_run, tmp_path / "other.tsmr")
     change(
-        path, "UPDATE evaluations SET trajectory = x'', fitness = fitness + 1e-9 WHERE fitness IS NOT NULL"
+        path,
+        "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE fitness IS NOT NULL",
+        "UPDATE details SET trajectory = x''",
     )
     report = project_run(path, tmp_path / "up.tsmr")
     assert report.n_differing == report.n_resimulated > 0
@@ -262,16 +257,22 @@ def test_lift_refuses_elites_without_trajectories(double_run):
 
 # ---- bad input
 
+STATE = "UPDATE state SET algorithm = packed(json_set(unpacked(algorithm), {}))"
+
 
 def test_what_cannot_be_projected_is_refused_in_a_line(double_run, tmp_path):
     bodies_only = shutil.copy(double_run, tmp_path / "bodies.tsmr")
-    change(bodies_only, "DELETE FROM placements WHERE archive = 'controller'")
-    change(bodies_only, "UPDATE generations SET archives = json_remove(archives, '$.controller')")
+    archives = "packed(json_remove(unpacked(archives), '$.controller'))"
+    change(
+        bodies_only,
+        "DELETE FROM placements WHERE archive = 'controller'",
+        f"UPDATE generations SET archives = {archives}",
+    )
     out = tmp_path / "out.tsmr"
     with pytest.raises(RunFileError, match="has no archive of trajectories"):
         project_run(bodies_only, out)
     no_pca = shutil.copy(double_run, tmp_path / "no-pca.tsmr")
-    change(no_pca, "UPDATE state SET algorithm = json_set(algorithm, '$.descriptor', NULL)")
+    change(no_pca, STATE.format("'$.descriptor', NULL"))
     with pytest.raises(RunFileError, match="holds no PCA"):
         project_run(no_pca, out)
     with RunWriter.create(tmp_path / "new.tsmr", MADE_UP, {}):
@@ -288,10 +289,16 @@ def test_what_cannot_be_projected_is_refused_in_a_line(double_run, tmp_path):
 @pytest.mark.parametrize(
     ("sql", "reason"),
     [
-        ("UPDATE state SET algorithm = json_set(algorithm, '$.descriptor.mean', json('[1]'))", "mean"),
-        ("UPDATE state SET algorithm = json_set(algorithm, '$.descriptor.width[0]', 0)", "not positive"),
-        ("UPDATE state SET algorithm = json_set(algorithm, '$.descriptor', 3)", "damaged"),
-        ("UPDATE state SET algorithm = '[]'", "damaged"),
+        (
+            STATE.format("'$.descriptor.mean', json('[1]')"),
+            "mean",
+        ),
+        (
+            STATE.format("'$.descriptor.width[0]', 0"),
+            "not positive",
+        ),
+        (STATE.format("'$.descriptor', 3"), "damaged"),
+        ("UPDATE state SET algorithm = packed('[]')", "damaged"),
         ("UPDATE evaluations SET fitness = NULL", "holds a cell"),
     ],
 )

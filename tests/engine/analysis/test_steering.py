@@ -46,6 +46,21 @@ def test_a_controller_steers_if_it_feels_the_bearing(task):
     }
 
 
+def test_outputs_that_a_run_leaves_silent_do_not_steer():
+    # the bearing reaches the output beside a neuron without an input
+    links = [(-2, 3, 5.0), (20, 3, 1.0)]
+    both = Controller(
+        n_inputs=2,
+        nodes=tuple(NodeGene(key=k, bias=0.0, response=1.0) for k in range(21)),
+        connections=tuple(ConnectionGene(a, b, w, True, k) for k, (a, b, w) in enumerate(links)),
+    )
+    solution = Solution(number=0, morphology=Morphology(5, (1, 2, 3)), controller=both)
+    for unfed, feels in (("bias", True), ("zero", False)):
+        config = preset("smoke")
+        trials = dataclasses.replace(config.trials, unfed_outputs=unfed)
+        assert steers(replaced(config, trials=trials), [solution]) == [feels]
+
+
 def test_raw_centimetres_can_drown_the_bearing():
     links = tuple(
         ConnectionGene(source=source, target=3, weight=weight, enabled=True, innovation=k)

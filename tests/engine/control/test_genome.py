@@ -1,3 +1,5 @@
+import dataclasses
+import itertools
 import json
 import math
 import random
@@ -7,7 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import Controller, Neat, from_genome, lend_random, logistic, to_genome
+from engine.control import genome
+from engine.control.genome import (
+    MAX_DEPTH,
+    MAX_NODES,
+    PUBLISHED_RATES,
+    Controller,
+    Neat,
+    from_genome,
+    lend_random,
+    logistic,
+    to_genome,
+)
 from engine.errors import InvalidData
 from tests.support.made_up import controllers, evolved_controller, examples
 
@@ -26,6 +39,13 @@ def data(nodes=(), connections=(), n_inputs=2):
         "nodes": [[k, 0.5, 1.0] for k in range(22)] + list(nodes),
         "connections": list(connections),
     }
+
+
+def chain(n):
+    """A controller's JSON form with n connections in a row."""
+    nodes = [[k, 0.0, 1.0] for k in range(22, 22 + n - 2)]
+    path = [-1, *range(20, 20 + n - 1), 0]
+    return data(nodes, [[a, b, 1.0, True, k] for k, (a, b) in enumerate(itertools.pairwise(path))])
 
 
 @examples(60)
@@ -121,7 +141,13 @@ MALFORMED = {
     "an end that is a list": data(connections=[[[-1], 0, 1.0, True, 1]]),
     "a link with too few fields": data(connections=[[-1, 0]]),
     "a link that is nothing": data(connections=[None]),
-    "too many nodes": data(nodes=[[k, 0.0, 1.0] for k in range(30, 10_030)]),
+    "too many nodes": data(nodes=[[k, 0.0, 1.0] for k in range(30, 30 + MAX_NODES)]),
+    "too many connections": data(
+        nodes=[[k, 0.0, 1.0] for k in range(30, 230)],
+        connections=[[a, b, 1.0, False, 1] for a in range(30, 130) for b in (*range(130, 230), *range(20))]
+        * 2,
+    ),
+    "too many connections in a row": chain(MAX_DEPTH + 1),
 }
 
 
@@ -169,11 +195,35 @@ def test_a_damaged_gene_is_refused(controller, draw):
             Controller.from_json(damaged)
 
 
-def test_a_long_chain_of_nodes_is_read():
-    n = 3000
-    nodes = [[k, 0.0, 1.0] for k in range(22, 22 + n)]
-    chain = [[k, k + 1, 1.0, True, k] for k in range(20, 20 + n)]
-    assert len(Controller.from_json(data(nodes, chain)).connections) == n
+@pytest.mark.parametrize(
+    ("case", "reason"),
+    [
+        ("too many nodes", "at most 2000 nodes and 20000 connections, not 2022 and 0"),
+        ("too many connections", "at most 2000 nodes and 20000 connections, not 222 and 24000"),
+        ("too many connections in a row", "at most 200 connections in a row, not 201"),
+    ],
+)
+def test_a_network_that_costs_too_much_is_refused_with_its_size(case, reason):
+    with pytest.raises(InvalidData, match=reason):
+        Controller.from_json(MALFORMED[case])
+
+
+def test_a_chain_as_long_as_may_be_is_read():
+    assert len(Controller.from_json(chain(MAX_DEPTH)).connections) == MAX_DEPTH
+
+
+@pytest.mark.parametrize(("limit", "most"), [("MAX_NODES", 24), ("MAX_CONNECTIONS", 70), ("MAX_DEPTH", 2)])
+def test_a_network_at_a_limit_goes_on_changing_but_grows_no_further(limit, most, monkeypatch):
+    monkeypatch.setattr(genome, limit, most)
+    rates = dataclasses.replace(
+        PUBLISHED_RATES, neuron_add=1.0, link_add=1.0, neuron_remove=0.0, link_remove=0.0
+    )
+    rng, neat = random.Random(0), Neat(n_inputs=2, rates=rates)
+    controller = neat.random(rng)
+    for _ in range(20):
+        parent, controller = controller, neat.mutate(controller, rng)
+        assert controller != parent
+    assert neat.config.node_add_prob == 1.0
 
 
 @examples(30)

@@ -12,7 +12,7 @@ import pytest
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.config import preset, task_of
-from engine.control.network import NetworkBatch
+from engine.control.network import NetworkBatch, silenced
 from engine.fabrication.firmware import fill_in, firmware_files, pin_map, start_inputs
 from engine.tasks import Task, get_task
 from engine.tasks.view import distance_and_bearing
@@ -81,21 +81,29 @@ def run(program, *arguments, numbers=()):
 
 @needs_compiler
 @pytest.mark.parametrize(
-    ("real", "task", "n_modules", "head_is_end", "tolerance"),
-    [("float", "goal-reaching", 10, True, 2e-5), ("double", "squeezing", 2, False, 1e-13)],
+    ("real", "task", "n_modules", "head_is_end", "tolerance", "unfed"),
+    [
+        ("float", "goal-reaching", 10, True, 2e-5, "zero"),
+        ("double", "squeezing", 2, False, 1e-13, "bias"),
+    ],
 )
 def test_the_network_gives_what_the_simulation_computes(
-    tmp_path, real, task, n_modules, head_is_end, tolerance
+    tmp_path, real, task, n_modules, head_is_end, tolerance, unfed
 ):
-    config, n_inputs = dataclasses.replace(CONFIG, task=task), get_task(task).n_inputs
-    made = robot(n_modules, n_inputs=n_inputs, head_is_end=head_is_end)
+    trials = dataclasses.replace(CONFIG.trials, unfed_outputs=unfed)
+    config, n_inputs = dataclasses.replace(CONFIG, task=task, trials=trials), get_task(task).n_inputs
+    # after many mutations this network of two inputs has none left
+    n_mutations = 20 if unfed == "zero" else 60
+    made = robot(n_modules, n_mutations=n_mutations, n_inputs=n_inputs, head_is_end=head_is_end)
     program = build(tmp_path, firmware_files(config, made, run="mine"), real=real)
     rng = np.random.default_rng(3)
     inputs = rng.normal(size=(10_000, n_inputs)) * rng.choice([1.0, 60.0], size=(10_000, 1))
     given, _ = run(program, "network", numbers=inputs)
     given = given.reshape(10_000, 2 * n_modules, 2)
     outputs, gaits = given[:, :n_modules].reshape(10_000, -1), given[:, n_modules:]
-    network = NetworkBatch([made.solution.controller], n_outputs=2 * n_modules)
+    controller = silenced(made.solution.controller) if unfed == "zero" else made.solution.controller
+    assert (controller is not made.solution.controller) == (unfed == "zero")
+    network = NetworkBatch([controller], n_outputs=2 * n_modules)
     expected = network.activate(inputs[None])[0]
     np.testing.assert_allclose(outputs, expected, rtol=0, atol=tolerance)
     order = range(n_modules)[::-1] if head_is_end else range(n_modules)

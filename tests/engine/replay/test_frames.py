@@ -78,8 +78,8 @@ def test_every_control_update_is_observed_once():
     replay = Replay(config, evaluated(config), observer=seen.append)
     replay.advance(TIMES.trial_time)
     assert [n for span in seen for n in span.updates] == [*range(1, 171)]
-    assert [len(span.updates) for span in seen] == [FIRST_SPAN, 45, SPAN, SPAN, 15]
-    assert [span.sensed is None for span in seen] == [True, True, False, False, False]
+    assert [len(span.updates) for span in seen] == [FIRST_SPAN, 45, SPAN, 15]
+    assert [span.sensed is None for span in seen] == [True, True, False, False]
 
 
 def test_frames_end_before_a_simulation_fails():

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import random
 import shutil
-import sqlite3
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ from engine.body.morphology import Morphology, body_changes, mutate_morphology
 from engine.errors import RunFileError
 from engine.storage.reader import RunReader
 from tests.support.made_up import examples, morphologies, per_module_morphologies
+from tests.support.run_formats import change
 
 
 def test_a_lineage_leads_from_child_to_parent_to_a_random_robot(small_reader: RunReader) -> None:
@@ -40,17 +40,24 @@ def test_nobody_has_no_lineage(small_reader: RunReader) -> None:
         small_reader.lineage(999)
 
 
+def test_a_line_without_end_is_cut(small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.storage.reader.MAX_LINE", 5)
+    path = Path(shutil.copy(small_run, tmp_path / "long.tsmr"))
+    change(path, "UPDATE evaluations SET parent = number - 1 WHERE number > 0")
+    with RunReader(path) as reader:
+        assert [a.number for a in reader.lineage(12)] == [12, 11, 10, 9, 8]
+        assert [a.number for a in reader.lineage(2)] == [2, 1, 0]
+
+
 @pytest.mark.parametrize("parent", [17, 12, "12", 2.5, 10**18, b"x"])
 def test_a_file_that_lies_about_parents_does_not_lead_in_circles(
     small_run: Path, tmp_path: Path, parent: object
 ) -> None:
     path = tmp_path / "lies.tsmr"
     shutil.copy(small_run, path)
-    with sqlite3.connect(path) as db:
-        db.execute("UPDATE evaluations SET parent = ? WHERE number = 12", (parent,))
-    db.close()
+    change(path, ("UPDATE evaluations SET parent = ? WHERE number = 12", (parent,)))
     with RunReader(path) as reader:
-        if isinstance(parent, bytes):  # no number at all
+        if isinstance(parent, bytes | float):  # no whole number
             with pytest.raises(RunFileError, match="damaged"):
                 reader.lineage(12)
         else:

@@ -16,14 +16,15 @@ from engine.storage.salvage import salvage
 from engine.storage.writer import RunWriter
 from tests.support.opened import files_opened
 
-OPEN = "import sqlite3, sys; db = sqlite3.connect(sys.argv[1], isolation_level=None); "
+OPEN = (
+    "import sqlite3, sys; db = sqlite3.connect(sys.argv[1], isolation_level=None);"
+    " add = 'insert into placements values (99, ?, 0, 1)'; "
+)
 FIRST = OPEN + (
-    "db.execute('pragma journal_mode=wal'); db.execute(\"insert into meta values ('first', '1')\");"
+    "db.execute('pragma journal_mode=wal'); db.execute(add, ('first',));"
     " print(flush=True); sys.stdin.readline(); db.close()"
 )
-SECOND = OPEN + (
-    "[db.execute('insert into meta values (?, 1)', ('second %d' % i,)) for i in range(300)]; db.close()"
-)
+SECOND = OPEN + ("[db.execute(add, ('second %d' % i,)) for i in range(300)]; db.close()")
 
 
 def look(path):
@@ -50,7 +51,7 @@ def test_a_reader_survives_the_end_of_a_writer(small_run, tmp_path, look):
             first.communicate(b"\n")
             subprocess.run([sys.executable, "-c", SECOND, path], check=True)
             # with its locks lost, the reader would see a damaged file, or the one of before
-            ((n,),) = reader._db.query("SELECT COUNT(*) FROM meta WHERE key LIKE 'second %'")
+            ((n,),) = reader._db.query("SELECT COUNT(*) FROM placements WHERE archive LIKE 'second %'")
             assert n == 300
 
 

@@ -1,8 +1,8 @@
+import contextlib
 import dataclasses
 import random
 import shutil
 import sqlite3
-from pathlib import Path
 
 import pytest
 
@@ -16,11 +16,11 @@ from engine.storage.reader import RunReader
 from engine.storage.recovery import recover
 from engine.storage.salvage import salvage
 from engine.storage.schema import FORMAT_VERSION
+from engine.tasks import fitness
 from tests.support.made_up import MADE_UP, MadeUpEvaluator
+from tests.support.run_formats import change, in_format
 from tests.support.run_hash import hash_of
 
-OLD = Path(__file__).parents[2] / "reference" / "first_body.tsmr"
-"""A run of the first format."""
 SMALL = replaced(MADE_UP, evaluations=38, refit_generations=(0, 2))
 
 
@@ -39,11 +39,13 @@ def whole(tmp_path_factory):
     return path
 
 
-def change(path, *statements):
-    db = sqlite3.connect(path, isolation_level=None)
-    for sql in statements:
-        db.execute(sql)
-    db.close()
+class Measured(MadeUpEvaluator):
+    def evaluate(self, solutions):
+        for group in super().evaluate(solutions):
+            yield [
+                e if e.fitness is None else dataclasses.replace(e, fitness=fitness(e.distances))
+                for e in group
+            ]
 
 
 def problems(path):
@@ -51,13 +53,8 @@ def problems(path):
 
 
 def origins(path):
-    db = sqlite3.connect(path)
-    rows = db.execute(
-        "SELECT evaluation, seconds, facts FROM computed JOIN computers ON id = computer ORDER BY 1"
-    )
-    found = rows.fetchall()
-    db.close()
-    return found
+    with RunReader(path) as reader:
+        return sorted(reader.origins(set(range(reader.n_evaluations()))).items())
 
 
 def finish(path):
@@ -68,26 +65,26 @@ def finish(path):
 # ---- pages
 
 
-KINDS = {"digests": bytes, "state": str, "meta": str}
-
-
 def test_every_row_of_a_whole_file_is_found(whole):
     found = salvage(whole)
     assert (found.n_missing, found.n_broken) == (0, 0)
     db = sqlite3.connect(whole)
     for table, n_columns, has_rowid in (
+        ("totals", 7, True),
         ("evaluations", 12, True),
-        ("generations", 6, True),
-        ("digests", 2, True),
-        ("state", 3, True),
+        ("details", 6, True),
+        ("generations", 8, True),
+        ("state", 4, True),
+        ("computers", 4, True),
         ("placements", 4, False),
         ("meta", 2, False),
     ):
         rows = [r for r in found.rows if len(r.values) == n_columns and (r.rowid is not None) == has_rowid]
-        if table in KINDS:  # others have as many columns
-            rows = [r for r in rows if isinstance(r.values[-1], KINDS[table])]
-        columns = "archive, cell, generation, evaluation" if table == "placements" else "*"
-        wanted = db.execute(f"SELECT {columns} FROM {table}").fetchall()
+        if table in ("state", "computers"):  # both have as many columns
+            rows = [r for r in rows if isinstance(r.values[1], str) == (table == "computers")]
+        if table == "meta":  # the index of another table has as many
+            rows = [r for r in rows if isinstance(r.values[1], str)]
+        wanted = db.execute(f"SELECT * FROM {table}").fetchall()
         got = [(r.rowid, *r.values[1:]) for r in rows] if has_rowid else [r.values for r in rows]
         assert sorted(got, key=repr) == sorted(wanted, key=repr)
     db.close()
@@ -217,9 +214,24 @@ def test_evaluations_after_a_gap_are_used_when_the_run_comes_there(whole, tmp_pa
     assert hash_of(out) == hash_of(whole)
 
 
+def test_robots_whose_controller_is_stored_over_a_lost_one_are_not_lost(whole, tmp_path):
+    path, out = shutil.copy(whole, tmp_path / "gap.tsmr"), tmp_path / "new.tsmr"
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        (base, n) = db.execute(
+            "SELECT base, COUNT(*) FROM details WHERE base IS NOT NULL GROUP BY base ORDER BY 2 DESC LIMIT 1"
+        ).fetchone()
+    assert n > 1
+    change(path, *(f"DELETE FROM {table} WHERE number = {base}" for table in ("evaluations", "details")))
+    found = recover(path, out)
+    # the search asks for the lost one again, so its controller is known
+    assert (found.n_evaluations, found.missing, found.damaged) == (37, [base], [])
+    assert finish(out) == hash_of(whole)
+
+
 def test_a_flipped_digit_is_noticed_named_and_computed_again(whole, tmp_path):
     path, out = shutil.copy(whole, tmp_path / "flipped.tsmr"), tmp_path / "new.tsmr"
-    change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 24 AND fitness NOT NULL")
+    sql = "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 24 AND fitness NOT NULL"
+    change(path, sql, sealed=False)
     (problem,) = problems(path)
     assert "1 evaluations differ from what was written: 24" in problem
     found = recover(path, out)
@@ -243,7 +255,8 @@ def test_where_the_search_comes_out_differently_generations_are_copied_as_record
     with RunReader(whole) as reader:
         (row,) = {reader.config.seed}
     change(path, f"UPDATE meta SET value = replace(value, '\"seed\": {row}', '\"seed\": 5')")
-    change(path, "UPDATE placements SET evaluation = 12345 WHERE generation = 3 AND evaluation NOT NULL")
+    sql = "UPDATE placements SET evaluation = 12345 WHERE generation = 3 AND evaluation NOT NULL"
+    change(path, sql, sealed=False)
     found = recover(path, out)
     assert found.n_generations == 3
     assert not found.resumable
@@ -282,25 +295,22 @@ def test_a_run_that_is_being_written_is_left_alone(whole, tmp_path):
 # ---- formats
 
 
-@pytest.fixture
-def old(whole, tmp_path):
-    """The run as the first format has it."""
-    path = shutil.copy(whole, tmp_path / "old.tsmr")
-    dropped = (f"DROP TABLE {table}" for table in ("digests", "computed", "computers"))
-    change(path, *dropped, "PRAGMA user_version=1")
-    return path
-
-
-def test_an_older_format_is_read_gone_on_with_and_copied_but_never_changed(old, whole, tmp_path):
-    out = tmp_path / "new.tsmr"
+@pytest.mark.parametrize("version", [1, 2])
+def test_an_older_format_is_read_and_copied_but_never_changed(whole, tmp_path, version):
+    old, out = in_format(whole, tmp_path / "old.tsmr", version), tmp_path / "new.tsmr"
     assert hash_of(old) == hash_of(whole)
     assert not problems(old)
     before = old.read_bytes()
-    assert migrate(old, out) == 1
+    assert migrate(old, out) == version
     assert old.read_bytes() == before
     assert hash_of(out) == hash_of(whole)
-    with RunReader(out) as reader:
-        assert reader.format_version == FORMAT_VERSION
+    with RunReader(out) as new, RunReader(old) as before:
+        assert new.format_version == FORMAT_VERSION
+        assert (new.created_at, new.versions) == (before.created_at, before.versions)
+        assert new.recorded() == before.recorded()
+        assert new.computers() == before.computers()
+    assert origins(out) == origins(old)
+    assert bool(origins(old)) == (version == 2)
     assert any("are as they were written" in f.text for f in check_run(out))
     with pytest.raises(RunFileError, match="has the present format"):
         migrate(out, tmp_path / "again.tsmr")
@@ -309,7 +319,8 @@ def test_an_older_format_is_read_gone_on_with_and_copied_but_never_changed(old, 
     assert sorted(p.name for p in tmp_path.iterdir()) == ["new.tsmr", "old.tsmr"]
 
 
-def test_going_on_with_a_run_leaves_its_format(tmp_path):
+@pytest.mark.parametrize("version", [1, 2])
+def test_going_on_with_a_run_leaves_its_format(whole, tmp_path, version):
     path = tmp_path / "run.tsmr"
 
     def interrupt(progress):
@@ -318,22 +329,29 @@ def test_going_on_with_a_run_leaves_its_format(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         engine.runs.evolve.evolve(path, SMALL, observer=interrupt)
-    dropped = (f"DROP TABLE {table}" for table in ("digests", "computed", "computers"))
-    change(path, *dropped, "PRAGMA user_version=1")
-    engine.runs.evolve.resume(path)
-    with RunReader(path) as reader:
-        assert reader.format_version == 1
+    old = in_format(path, tmp_path / "old.tsmr", version)
+    engine.runs.evolve.resume(old)
+    with RunReader(old) as reader:
+        assert reader.format_version == version
         assert reader.n_evaluations() == 38
-    assert not problems(path)
+    assert not problems(old)
+    assert hash_of(old) == hash_of(whole)
+    assert len(origins(old)) == (38 if version == 2 else 0)
 
 
-def test_an_older_format_is_recovered_without_digests(tmp_path):
-    path, out = shutil.copy(OLD, tmp_path / "old.tsmr"), tmp_path / "new.tsmr"
-    change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 590")
-    found = recover(path, out)
-    assert found.damaged == [590]
-    assert (found.n_generations, found.n_evaluations) == (15, 599)
-    assert not problems(out)
+def test_the_first_format_is_recovered_without_digests(tmp_path):
+    whole, out = tmp_path / "whole.tsmr", tmp_path / "new.tsmr"
+    with pytest.MonkeyPatch.context() as patch:
+        # what a simulation gives: fitness follows from the distances
+        patch.setattr(engine.runs.evolve, "create_evaluator", lambda *_: Measured())
+        engine.runs.evolve.evolve(whole, SMALL)
+        path = in_format(whole, tmp_path / "old.tsmr", 1)
+        change(path, "UPDATE evaluations SET fitness = fitness + 1e-9 WHERE number = 36")
+        found = recover(path, out)
+        assert found.damaged == [36]
+        assert (found.n_generations, found.n_evaluations) == (3, 37)
+        assert not problems(out)
+        assert finish(out) == hash_of(whole)
 
 
 def test_generations_that_overlapped_are_repeated_as_they_were(tmp_path):

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +15,14 @@ from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from engine.tasks import TASKS_VARIABLE, Task, Wall, get_task, load_task, loading, task_version, worlds
 from tests.support.made_up import TINY, a_view
+from tests.support.run_formats import change
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "tasks" / "climb_step.py"
 
 GOOD = """\
 import numpy as np
 from engine.tasks import Task, Wall
+from tests.support.run_formats import change
 
 def walls(target, n_modules):
     near = Wall(centre=(0.07, 0, 0.05), half_size=(0.05, 0.2, 0.05), yaw=0.3)
@@ -132,9 +133,7 @@ def test_no_run_file_makes_code_run(good, tmp_path, monkeypatch):
         config = {**to_json(TINY), "task": name}
         with pytest.raises(UnknownTask):
             from_json(config)
-        with sqlite3.connect(path) as db:
-            db.execute("UPDATE meta SET value = ? WHERE key = 'config'", (json.dumps(config),))
-        db.close()
+        change(path, ("UPDATE meta SET value = ? WHERE key = 'config'", (json.dumps(config),)))
         with pytest.raises(RunFileError, match="unknown task"):
             RunReader(path)
     assert not marker.exists()

@@ -11,7 +11,7 @@ import pytest
 import engine.runs.evolve
 from engine.analysis.verify import verify
 from engine.body.morphology import Morphology
-from engine.config import replaced
+from engine.config import RunConfig, replaced, task_of
 from engine.export import export_files, write_folder
 from engine.replay.dump import Dump, read_dump, write_dump
 from engine.replay.dump_replay import DumpReplay
@@ -139,6 +139,25 @@ def test_the_bonus_needs_four_centimetres_past_the_entrance(depth, bonus):
     at = (GATE[0] + depth, GATE[1])
     view = a_view(position=at, direction=(1, 0), target=TARGET, walls=SQUEEZING.walls(LEFT, 2))
     assert SQUEEZING.score(view)[0, 0] == pytest.approx(TARGET[0] - at[0] - bonus, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "aside", "bonus"),
+    [
+        (0.041, 0.0, 0.04),
+        (0.039, 0.0, 0.0),
+        # 3 cm past and 3 cm aside: 4.2 cm from the middle
+        (0.03, 0.03, 0.04),
+        (0.001, -0.041, 0.04),
+        (-0.001, 0.041, 0.0),
+        (-0.06, 0.0, 0.0),
+    ],
+)
+def test_the_published_bonus_needs_four_centimetres_from_the_entrance_s_middle(ahead, aside, bonus):
+    task = task_of(RunConfig(task="squeezing", bonus="distance"))
+    at = np.add(GATE, (ahead, aside))
+    view = a_view(position=at, direction=(1, 0), target=TARGET, walls=SQUEEZING.walls(LEFT, 2))
+    assert task.score(view)[0, 0] == pytest.approx(np.linalg.norm(TARGET - at) - bonus, abs=1e-9)
 
 
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(9, (5, 5))]

@@ -6,8 +6,9 @@ import pytest
 
 from engine.errors import ClusterError, InvalidData
 from engine.simulation.provenance import Computer, differing, this_computer
+from engine.storage.layouts.plain import to_row
 from engine.storage.reader import RunReader
-from engine.storage.rows import from_row, to_row
+from engine.storage.writer import RunWriter
 from engine.workers.job import compute, unfinished, world_of
 from tests.support.made_up import TINY
 from tests.support.run_hash import hash_of
@@ -31,17 +32,14 @@ def test_another_body_is_refused(tiny_run):
         compute(dataclasses.replace(world_of(TINY), body="another"), solution)
 
 
-def test_what_no_worker_survives_can_be_stored(tiny_run):
+def test_what_no_worker_survives_can_be_stored(tiny_run, tmp_path):
     with RunReader(tiny_run[0]) as reader:
         solution = reader.evaluation(0).solution
-    e = unfinished(TINY, solution, "died")
-    columns = [
-        "number", "generation", "morphology", "controller", "parent", "operator", "source", "fitness",
-        "distances", "trajectory", "head_is_end", "failure",
-    ]  # fmt: skip
-    row = dict(zip(columns, to_row(0, e), strict=True))
-    assert from_row(row).failure == "died"
-    assert from_row(row).fitness is None
+    with RunWriter.create(tmp_path / "run.tsmr", TINY, {}) as writer:
+        writer.add_evaluations(0, [unfinished(TINY, solution, "died")])
+    with RunReader(tmp_path / "run.tsmr") as reader:
+        e = reader.evaluation(0)
+    assert (e.solution, e.fitness, e.failure) == (solution, None, "died")
 
 
 def test_computers_that_differ_are_told_apart():

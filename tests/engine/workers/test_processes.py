@@ -1,9 +1,7 @@
 """Worker processes of this machine: real ones, killed and hung for real."""
 
 import os
-import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import threading
@@ -20,6 +18,7 @@ from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from engine.workers.processes import ProcessWorkers
 from tests.support.made_up import TINY
+from tests.support.run_formats import in_format
 from tests.support.run_hash import hash_of
 
 
@@ -88,6 +87,7 @@ def test_a_changed_task_file_is_noticed(bad_task, tmp_path):
 PARENT = """
 import sys, time
 from engine.workers.processes import ProcessWorkers
+from tests.support.run_formats import in_format
 if __name__ == "__main__":
     with ProcessWorkers(2) as workers:
         workers.start()
@@ -124,11 +124,7 @@ def test_numbers_out_of_range_are_refused(n, timeout):
 
 
 def test_what_an_older_file_does_not_know_is_nothing(tiny_run, tmp_path):
-    path = tmp_path / "old.tsmr"
-    shutil.copy(tiny_run[0], path)
-    with sqlite3.connect(path) as db:
-        db.execute("DROP TABLE computed")
-        db.execute("DROP TABLE computers")
+    path = in_format(tiny_run[0], tmp_path / "old.tsmr", 1)
     with RunReader(path) as reader:
         assert reader.computers() == {}
         assert reader.canonical_hash() == tiny_run[1]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene
 from engine.storage.rows import Ancestor
 from viz.robot import lineage_list, servo_plot, tension_legend
 from viz.robot.geometry import full_tension
@@ -64,6 +64,24 @@ def test_the_style_shows_what_the_servos_get(head_is_end: bool) -> None:
     assert diagram.modules == ((4, 3, 2, 1) if head_is_end else (1, 2, 3, 4))
     assert diagram.style({}) == ""
     assert diagram.style(neurons) != diagram.style(diagram.network.neurons(np.array([1.0, 2.0])))
+
+
+def test_a_network_that_nobody_could_read_is_not_drawn() -> None:
+    n = 400
+    nodes = [NodeGene(k, 0.0) for k in range(20 + n)]
+    links = [
+        ConnectionGene(a, b, 1.0, True, k)
+        for k, (a, b) in enumerate(pair for h in range(20, 20 + n) for pair in ((-1, h), (h, h % 8)))
+    ]
+    controller = Controller(n_inputs=2, nodes=tuple(nodes), connections=tuple(links))
+    diagram = NetworkDiagram(controller, 4, ("distance", "bearing"), head_is_end=True)
+    picture = diagram.render()
+    assert f"{n} hidden neurons and {2 * n} connections are too many" in picture
+    assert len(picture) < 20_000
+    neurons = diagram.network.neurons(np.array([30.0, -0.7]))
+    style = diagram.style(neurons)
+    assert len(style) < 3000
+    assert all(f".b{key}{{" in style for key in diagram.network.outputs)
 
 
 def test_senses_are_told_by_name() -> None:

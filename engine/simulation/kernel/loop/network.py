@@ -42,12 +42,7 @@ class Network(NamedTuple):
 def compile_network(controller: Controller, n_outputs: int) -> Network:
     """Return the part of a controller's network that its first ``n_outputs`` outputs depend on."""
     plan = Plan(controller, n_outputs)
-    # by node, then by source; a weight of 0 adds nothing
-    node, source = np.nonzero(plan.weights.T)
-    first = np.searchsorted(node, np.arange(len(plan.bias) + 1))
-    weight = plan.weights[source, node]
-    # Numba compiles anew for arrays of another layout
-    return Network(first, np.ascontiguousarray(source), weight, plan.bias.copy(), controller.n_inputs)
+    return Network(plan.first, plan.source, plan.weight, plan.bias, controller.n_inputs)
 
 
 def no_network() -> Network:

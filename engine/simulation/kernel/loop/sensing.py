@@ -31,7 +31,7 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.lanes.transcendental import angle
 from engine.simulation.kernel.physics.state import ROD, WALL
-from engine.tasks import GOAL_REACHING, SQUEEZING, Task
+from engine.tasks import GOAL_REACHING, SQUEEZING, SQUEEZING_BY_DISTANCE, Task
 from engine.tasks.squeezing import BONUS, DEPTH, SENSOR_RANGE
 from engine.tasks.walls import Wall
 
@@ -46,6 +46,9 @@ SEEN: Final = WALL + 1
 """Numbers of a wall: those of ``kernel.physics.state``, then 1, or 0 in a lane where it is buried."""
 
 
+_KNOWN: Final = ((GOAL, GOAL_REACHING), (APERTURE, SQUEEZING), (APERTURE, SQUEEZING_BY_DISTANCE))
+
+
 class Scene(NamedTuple):
     """What the lanes' trials take place in and what their heads perceive of it.
 
@@ -54,6 +57,7 @@ class Scene(NamedTuple):
         units: (inputs,) factors on what is sensed in m and rad.
         reach: up to where squeezing senses a wall straight ahead, in m.
         depth, bonus: how far past the gate a head must be, and what is deducted from its distance then, in m.
+        by_distance: whether it must be that far from the gate's middle instead, and past the gate at all.
         head: (6,) the three rods whose centres average to the head's front face, then those of its rear face.
         frame: (4,) vectors: x and y of the frame's origin in the world, and of its x axis.
         target: (4,) vectors: x and y of the target in the frame, then in the world.
@@ -67,6 +71,7 @@ class Scene(NamedTuple):
     reach: float
     depth: float
     bonus: float
+    by_distance: bool
     head: np.ndarray
     frame: Reals
     target: Reals
@@ -76,7 +81,7 @@ class Scene(NamedTuple):
 
 def kind_of(task: Task) -> int:
     """Return the kind of a task whose sensors and score the kernel has, else ``PYTHON``."""
-    for kind, known in ((GOAL, GOAL_REACHING), (APERTURE, SQUEEZING)):
+    for kind, known in _KNOWN:
         if task.sense is known.sense and task.score is known.score:
             return kind
     return PYTHON
@@ -86,6 +91,7 @@ def make_scene(
     kind: int,
     *,
     units: Sequence[float],
+    by_distance: bool = False,
     head: Sequence[int],
     targets: np.ndarray,
     walls: Sequence[Sequence[Wall]],
@@ -95,6 +101,7 @@ def make_scene(
     Args:
         kind: of the task.
         units: per number that it senses a factor.
+        by_distance: see ``Scene``.
         head: the head's rods, see ``Scene``.
         targets: (lanes, 2) in the frame.
         walls: per lane its walls in the frame, equally many for all.
@@ -113,6 +120,7 @@ def make_scene(
         reach=SENSOR_RANGE,
         depth=DEPTH,
         bonus=BONUS,
+        by_distance=by_distance,
         head=np.array(head, np.int64),
         frame=reals(4, width=width),
         target=target,
@@ -268,7 +276,10 @@ def score(scene: Scene, scores: Reals) -> None:
     to_y = load(scene.target, 3) - load(scene.faces, 1)
     distance = square_root(to_x * to_x + to_y * to_y)
     if scene.kind == APERTURE:
-        x, _ = position(scene)
-        past = x - load(scene.target, 0) / 4.0 >= scene.depth
+        x, y = position(scene)
+        ahead, aside = x - load(scene.target, 0) / 4.0, y - load(scene.target, 1)
+        past = ahead >= scene.depth
+        if scene.by_distance:
+            past = (ahead > 0.0) & (square_root(ahead * ahead + aside * aside) >= scene.depth)
         distance = distance - select(past, splat(x, scene.bonus), 0.0)
     store(scores, 0, distance)

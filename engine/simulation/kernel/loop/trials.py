@@ -25,7 +25,7 @@ from engine.simulation.kernel.loop.setup import (
 from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
 from engine.simulation.kernel.physics.state import ROD, State, forget, new_state
 from engine.simulation.physics import Physics
-from engine.tasks import Task
+from engine.tasks import SQUEEZING_BY_DISTANCE, Task
 from engine.tasks.walls import Wall
 
 
@@ -98,6 +98,7 @@ class Trials:
             scene = make_scene(
                 kind,
                 units=task.units,
+                by_distance=task.score is SQUEEZING_BY_DISTANCE.score,
                 head=head_rods(head),
                 targets=np.asarray(targets)[of_lane],
                 walls=[walls[i] for i in of_lane],

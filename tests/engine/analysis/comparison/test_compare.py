@@ -1,9 +1,7 @@
-import contextlib
 import csv
 import dataclasses
 import io
 import json
-import sqlite3
 
 import pytest
 
@@ -24,6 +22,7 @@ from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
 from tests.support.made_up import MADE_UP, evaluation
 from tests.support.made_up_grid import AXES, random_grid_run, write_grid_run
+from tests.support.run_formats import change
 
 N = 32  # evaluations of a random_grid_run
 
@@ -214,13 +213,8 @@ def test_bad_input_is_refused_in_a_line(run_file, tmp_path):
 
 
 def test_an_unknown_task_is_refused_in_a_line(run_file):
-    import sqlite3
-
     path = run_file()
-    db = sqlite3.connect(path)
-    with db:
-        db.execute("UPDATE meta SET value = json_set(value, '$.task', 'flying') WHERE key = 'config'")
-    db.close()
+    change(path, "UPDATE meta SET value = json_set(value, '$.task', 'flying') WHERE key = 'config'")
     with pytest.raises(RunFileError, match="flying") as e:
         compare_runs([path])
     assert "\n" not in str(e.value)
@@ -254,8 +248,8 @@ def test_tables_for_other_programs(run_file):
 def test_other_programs_and_tasks_are_noted(run_file, key, said):
     paths = [run_file("a", 1), run_file("b", 2)]
     for version, path in enumerate(paths, start=1):
-        with contextlib.closing(sqlite3.connect(path)) as db, db:
-            db.execute("UPDATE meta SET value = ? WHERE key = 'versions'", [json.dumps({key: version})])
+        value = json.dumps({key: version})
+        change(path, ("UPDATE meta SET value = ? WHERE key = 'versions'", (value,)))
     assert f"Runs of goal-reaching were made {said}" in notes(*paths)
     assert "were made" not in notes(paths[0])
 

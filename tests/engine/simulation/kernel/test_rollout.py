@@ -208,3 +208,17 @@ def test_the_readme_of_an_export_does_not_promise_the_same_bits(reader, robot):
     text = export_files(reader, robot.solution.number)["README.md"].decode()
     assert "TensAtlas's own kernel" in text
     assert "exactly" not in text.split("## Files")[1].split("## Limits")[0]
+
+
+def test_outputs_that_lack_an_input_are_0_where_a_run_says_so():
+    (solution,) = solutions(GOAL_REACHING)[:1]
+    nobody = dataclasses.replace(solution.controller, connections=())
+    zero = dataclasses.replace(nobody, nodes=tuple(dataclasses.replace(n, bias=-60.0) for n in nobody.nodes))
+
+    def path(controller, unfed):
+        trials = dataclasses.replace(SHORT, unfed_outputs=unfed)
+        evaluator = LocalEvaluator(task=GOAL_REACHING, physics=KERNEL, trials=trials, run_seed=1)
+        ((e,),) = evaluator.evaluate([dataclasses.replace(solution, controller=controller)])
+        return e.trajectory.tobytes()
+
+    assert path(nobody, "zero") == path(zero, "bias") != path(nobody, "bias")

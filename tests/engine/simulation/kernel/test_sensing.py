@@ -17,6 +17,7 @@ from engine.simulation.kernel.physics.state import ROD, WALL
 from engine.tasks import (
     GOAL_REACHING,
     SQUEEZING,
+    SQUEEZING_BY_DISTANCE,
     GroundFrame,
     View,
     remaining_distance,
@@ -33,6 +34,7 @@ HEAD = (7, 9, 10, 6, 8, 11)
 """Rods of the front and the rear face."""
 TASKS = (GOAL_REACHING, SQUEEZING)
 IN_ALL_UNITS = [task.sensing(units) for task in TASKS for units in ("centimetres", "relative")]
+IN_ALL_UNITS.append(SQUEEZING_BY_DISTANCE)
 
 
 @njit
@@ -73,7 +75,14 @@ class Trial:
     def __init__(self, task, settled, walls, targets, width=WIDTH):
         self.task, self.walls, self.targets = task, walls, targets
         kind = sensing.kind_of(task)
-        self.scene = sensing.make_scene(kind, units=task.units, head=HEAD, targets=targets, walls=walls)
+        self.scene = sensing.make_scene(
+            kind,
+            units=task.units,
+            by_distance=task.score is SQUEEZING_BY_DISTANCE.score,
+            head=HEAD,
+            targets=targets,
+            walls=walls,
+        )
         self.failed = simd.integers(1, width=width)
         self.placed = simd.reals(WALL * len(walls[0]), width=width)
         _begin(rods_at(settled), self.failed, self.scene, self.placed)
@@ -128,7 +137,7 @@ def random_trial(task, seed):
     return trial, settled + rng.normal(size=(4, WIDTH, N_RODS, 3)) * rng.choice([0.01, 0.3, 1.0])
 
 
-@pytest.mark.parametrize("task", IN_ALL_UNITS, ids=lambda t: f"{t.name}-{t.units[0]:.1f}")
+@pytest.mark.parametrize("task", IN_ALL_UNITS, ids=lambda t: f"{t.name}-{t.units[0]:.1f}-{t.score.__name__}")
 @examples(75)
 @given(st.integers(0, 2**32 - 1))
 def test_sensors_and_scores_are_the_tasks(task, seed):
