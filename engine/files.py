@@ -9,6 +9,7 @@ import csv
 import errno
 import io
 import json
+import math
 import os
 import stat
 import struct
@@ -157,6 +158,22 @@ def read_zip(content: bytes, limits: Mapping[str, int]) -> dict[str, bytes]:
             return files
     except _DAMAGE as e:
         raise InvalidData(f"it is damaged: {e}") from None
+
+
+def readable_json(value: Any) -> str:
+    """Return JSON for people and programs; a number that is not finite is null."""
+
+    def finite(part: Any) -> Any:
+        match part:
+            case dict():
+                return {k: finite(v) for k, v in part.items()}
+            case list() | tuple():
+                return [finite(v) for v in part]
+            case float() if not math.isfinite(part):
+                return None
+        return part
+
+    return json.dumps(finite(value), indent=2, allow_nan=False)
 
 
 def compact_json(value: Any) -> str:
