@@ -11,6 +11,7 @@ import io
 import json
 import math
 import os
+import re
 import stat
 import struct
 import tomllib
@@ -18,7 +19,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
 from engine.errors import UNEXPECTED_DATA, InvalidData
 
@@ -42,25 +43,23 @@ def open_file(path: Path) -> BinaryIO:
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
     """Return rows as CSV; every row ends its line, and None leaves a field empty.
 
-    A text that a spreadsheet would take for a formula begins with an apostrophe.
+    A spreadsheet would compute a text that begins like a formula, and it may be a stranger's: such a text
+    gets an apostrophe before it. Numbers stay as they are, also those that are text already. Lines end alike.
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(_harmless, row) for row in rows)
+    csv.writer(text, lineterminator="\n").writerows([map(_inert, row) for row in rows])
     return text.getvalue()
 
 
-def _harmless(value: object) -> object:
-    if not isinstance(value, str):
+def _inert(value: object) -> object:
+    if not isinstance(value, str) or _NUMBER.fullmatch(value):
         return value
-    # the csv module does not quote a lone return, which ends a row for those who read it
-    value = value.replace("\r\n", "\n").replace("\r", "\n")
-    if not value.startswith(("=", "+", "-", "@", "\t")):
-        return value
-    try:
-        float(value)
-    except ValueError:
-        return f"'{value}"
-    return value
+    return _FORMULA.sub(r"\1'", re.sub(r"\r\n?", "\n", value))
+
+
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]", re.IGNORECASE)
+_FORMULA: Final = re.compile(r"(^|[;\t]\s*)(?=[=+@\t\n-])")
+"""Before what a spreadsheet takes for a formula, where a field begins: some take ``;`` for its end, too."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -81,7 +81,9 @@ class Generation:
         Raises:
             InvalidData: as ``ArchiveFigures.from_json``, and as it others.
         """
-        archives = json.loads(short(closed.archives, "the figures of a generation", MAX_FIGURES))
+        if len(closed.archives) > MAX_FIGURES:
+            raise InvalidData(f"the figures of a generation have {len(closed.archives)} characters")
+        archives = json.loads(closed.archives)
         if len(archives) > MAX_ARCHIVES:
             raise InvalidData(f"a run has at most {MAX_ARCHIVES} archives, not {len(archives)}")
         return cls(

@@ -39,13 +39,15 @@ Change = tuple[int, str, str, int | None]
 
 
 def short(text: str, what: str, most: int = MAX_NAME) -> str:
-    """Return a text that is short enough to be shown.
+    """Return a text that can be shown as it is.
 
     Raises:
-        InvalidData: it is not.
+        InvalidData: it is too long, or has characters that a terminal would obey.
     """
     if len(text) > most:
         raise InvalidData(f"{what} has {len(text)} characters; {most} are the most")
+    if not text.isprintable():
+        raise InvalidData(f"{what} has characters that cannot be shown")
     return text
 
 
@@ -102,13 +104,11 @@ class Record:
     failure: str | None
 
     def __post_init__(self) -> None:
-        for what, text, most in (
-            ("operator", self.operator, MAX_NAME),
-            ("source", self.source, MAX_NAME),
-            ("failure", self.failure, MAX_FAILURE),
-        ):
+        for what, text in (("operator", self.operator), ("source", self.source)):
             if text is not None:
-                short(text, f"its {what}", most)
+                short(text, f"its {what}")
+        if self.failure is not None:  # a task's own words may have several lines
+            short(self.failure.replace("\n", " "), "its failure", MAX_FAILURE)
         fitness = self.fitness
         if fitness is not None:
             if not isinstance(fitness, float):
