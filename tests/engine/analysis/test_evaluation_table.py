@@ -1,18 +1,13 @@
 """Every evaluation as a table, and genotypes back from it."""
 
-import csv
-import io
 import json
 
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from engine.analysis.elite_table import elite_table, write_table
 from engine.analysis.evaluation_table import evaluation_table, read_genotypes
 from engine.errors import InvalidData
-from engine.files import csv_text
 from engine.storage.reader import RunReader
 from tests.support.run_formats import change
 
@@ -119,17 +114,3 @@ def test_what_is_no_such_table_is_refused(tmp_path):
     for name in ("gone.csv", "gone.parquet"):
         with pytest.raises(InvalidData, match=rf"{name} cannot be read"):
             read_genotypes(tmp_path / name)
-
-
-@given(st.text(max_size=20))
-def test_no_text_is_a_formula_in_a_spreadsheet(text):
-    ((cell, number),) = csv.reader(io.StringIO(csv_text([[text, -1.5]]), newline=""))
-    assert number == "-1.5"
-    if cell.startswith(("=", "+", "-", "@", "\t")):
-        float(cell)
-    # a return is a new line; it would end the row
-    assert cell.removeprefix("'") == text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("'")
-
-
-def test_numbers_stay_numbers():
-    assert csv_text([["-1.5", "+2e3", "-", "=1+1", "@x", "a=b", None]]) == "-1.5,+2e3,'-,'=1+1,'@x,a=b,\n"
