@@ -35,7 +35,7 @@ from rich.console import Console
 from websockets.exceptions import ConnectionClosed
 
 from app.gui.incoming import LOOKING
-from benchmarks.explorer import opened
+from benchmarks.clicking import opened
 from benchmarks.rows import Row, show
 from benchmarks.server_process import ServerProcess, explorer
 from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_with

@@ -11,6 +11,7 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
+from engine.body.servo import N_RHYTHMS
 from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Controller, Neat
 from engine.search.archive import Cell, GridArchive
@@ -98,7 +99,12 @@ class SyntheticRun:
     def _evaluation(self, number: int) -> Evaluation:
         rng, trials = self._rng, self._config.trials
         n = self._modules or rng.randint(MIN_MODULES, MAX_MODULES)
-        body = Morphology(rng.randint(1, N_STIFFNESS_LEVELS), tuple(rng.randint(1, 8) for _ in range(n)))
+        evolves = self._config.head_search == "rhythms"
+        body = Morphology(
+            rng.randint(1, N_STIFFNESS_LEVELS),
+            tuple(rng.randint(1, 8) for _ in range(n)),
+            tuple(rng.randrange(N_RHYTHMS) for _ in range(n)) if evolves else (),
+        )
         part = number / self._config.evaluations
         shape = (self._task.n_targets, trials.repeats)
         distances = self._numbers.uniform(0.35 - 0.25 * part, 0.55 - 0.25 * part, size=shape)

@@ -8,7 +8,7 @@ import sys
 import typing
 from typing import Annotated, Any, Final, Literal
 
-from engine.body.morphology import StiffnessMode
+from engine.body.morphology import HeadSearch, StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
 from engine.search.baselines import MorphologyMapElites, RandomSearch
@@ -56,6 +56,8 @@ class RunConfig:
     """Sizes of DM-ME's and MAP-Elites' generations, and what describes a controller."""
     stiffness: StiffnessMode = "shared"
     """One stiffness for all modules of a robot, as published, or one for each."""
+    head_search: HeadSearch = "together"
+    """How the head is found: all modules pulse together, or each by a rhythm of its own that evolves."""
     sensors: Sensors = "relative"
     """Units of the built-in sensors: relative (to the distance at the start and to pi), or as published."""
     bonus: Bonus = "depth"
@@ -103,6 +105,7 @@ def create_algorithm(config: RunConfig) -> Algorithm:
     common: dict[str, Any] = {
         "n_inputs": get_task(config.task).n_inputs,
         "stiffness": config.stiffness,
+        "rhythms": config.head_search == "rhythms",
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
@@ -118,6 +121,7 @@ PRESETS: Final[dict[str, RunConfig]] = {
         map_search=MapSearchConfig(sensory="displacements"),
         sensors="centimetres",
         bonus="distance",
+        head_search="rhythms",
         variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
         vie_neat=VieNeatConfig(maximise="inverse"),
         trials=TrialConfig(unfed_outputs="zero"),

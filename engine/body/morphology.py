@@ -7,10 +7,14 @@ import random
 from typing import Any, Final, Literal, Self
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.servo import N_RHYTHMS, PULSE
 from engine.errors import InvalidData
 
 StiffnessMode = Literal["shared", "per-module"]
 """Whether all modules of a body share one stiffness, as in the paper, or each has its own."""
+
+HeadSearch = Literal["together", "rhythms"]
+"""Whether all modules pulse alike while the head is searched, or each by a gene of its own, as published."""
 
 N_FACES: Final = 8
 
@@ -19,8 +23,8 @@ N_FACES: Final = 8
 class BodyRates:
     """How bodies are mutated; the defaults are the published ones.
 
-    The published face rate is 0.6 x 1/2, whose other half redrew an open-loop gene, left out here. With a
-    stiffness per module it is 0.6 x 1/3 for face and stiffness each, and the last third redrew that gene.
+    The published face rate is 0.6 x 1/2, whose other half redraws a rhythm. With a stiffness per module it is
+    0.6 x 1/3 for face, stiffness and rhythm each. Bodies without rhythms leave out that part.
 
     Raises:
         InvalidData: a number is out of its range.
@@ -29,7 +33,7 @@ class BodyRates:
     body_rate: float = 0.3
     """Probability that the body changes as a whole: a module more, a module less or another stiffness."""
     face_rate: float = 0.3
-    """Probability, for each module, that its joining face is drawn anew; for bodies of one stiffness."""
+    """Probability, for each module, that its joining face is drawn anew; and again its rhythm, if any."""
     module_rate: float = 0.2
     """The same with a stiffness per module, and again the probability that its stiffness is drawn anew."""
 
@@ -56,6 +60,8 @@ class Morphology:
             every module its own.
         faces: per module the face, 1..8, that the next module attaches to. The last module has this gene too:
             its face is the front of the robot when the chain's end is its head.
+        rhythms: per module how it contracts while the head is searched, 0..7, see ``servo.N_RHYTHMS``; empty
+            where all modules pulse together.
 
     Raises:
         InvalidData: a gene is out of range.
@@ -63,6 +69,7 @@ class Morphology:
 
     stiffness_level: int | tuple[int, ...]
     faces: tuple[int, ...]
+    rhythms: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.faces, tuple):
@@ -76,6 +83,12 @@ class Morphology:
             )
         for level in self.stiffness_levels:
             _check_int("stiffness level", level, 1, N_STIFFNESS_LEVELS)
+        if not isinstance(self.rhythms, tuple) or len(self.rhythms) not in (0, len(self.faces)):
+            raise InvalidData(
+                "the rhythms of a morphology must be a tuple of integers, one per module or none"
+            )
+        for rhythm in self.rhythms:
+            _check_int("rhythm", rhythm, 0, N_RHYTHMS - 1)
 
     @property
     def n_modules(self) -> int:
@@ -99,6 +112,11 @@ class Morphology:
         return tuple(level / N_STIFFNESS_LEVELS for level in self.stiffness_levels)
 
     @property
+    def open_loop(self) -> tuple[int, ...]:
+        """How each module contracts while the head is searched, see ``servo.N_RHYTHMS``."""
+        return self.rhythms or (PULSE,) * len(self.faces)
+
+    @property
     def stiffness(self) -> float:
         """Relative stiffness, 0.1 to 1.0; the modules' mean where each has its own."""
         level = self.stiffness_level
@@ -119,7 +137,7 @@ class Morphology:
         return {
             "stiffness_level": list(level) if isinstance(level, tuple) else level,
             "faces": list(self.faces),
-        }
+        } | ({"rhythms": list(self.rhythms)} if self.rhythms else {})
 
     @classmethod
     def from_json(cls, data: Any) -> Self:
@@ -128,26 +146,33 @@ class Morphology:
         Raises:
             InvalidData: a key is missing or a value has the wrong type or range.
         """
-        if not isinstance(data, dict) or set(data) != {"stiffness_level", "faces"}:
-            raise InvalidData("a morphology needs exactly the keys 'stiffness_level' and 'faces'")
-        if not isinstance(data["faces"], list):
-            raise InvalidData("the faces of a morphology must be a list of integers")
+        if not isinstance(data, dict) or set(data) - {"rhythms"} != {"stiffness_level", "faces"}:
+            raise InvalidData(
+                "a morphology needs the keys 'stiffness_level' and 'faces', and may have 'rhythms'"
+            )
+        for key in ("faces", "rhythms"):
+            if not isinstance(data.get(key, []), list):
+                raise InvalidData(f"the {key} of a morphology must be a list of integers")
         level = data["stiffness_level"]
         return cls(
-            stiffness_level=tuple(level) if isinstance(level, list) else level, faces=tuple(data["faces"])
+            stiffness_level=tuple(level) if isinstance(level, list) else level,
+            faces=tuple(data["faces"]),
+            rhythms=tuple(data.get("rhythms", ())),
         )
 
 
-def random_morphology(rng: random.Random, stiffness: StiffnessMode = "shared") -> Morphology:
-    """Draw a morphology uniformly: modules, stiffness and faces are independent."""
+def random_morphology(
+    rng: random.Random, stiffness: StiffnessMode = "shared", *, rhythms: bool = False
+) -> Morphology:
+    """Draw a morphology uniformly: modules, stiffness, faces and, if it has any, rhythms are independent."""
     n_modules = rng.randint(MIN_MODULES, MAX_MODULES)
+    levels: int | tuple[int, ...]
     if stiffness == "per-module":
         levels = tuple(_random_level(rng) for _ in range(n_modules))
-        return Morphology(levels, tuple(_random_face(rng) for _ in range(n_modules)))
-    return Morphology(
-        stiffness_level=_random_level(rng),
-        faces=tuple(_random_face(rng) for _ in range(n_modules)),
-    )
+    else:
+        levels = _random_level(rng)
+    faces = tuple(_random_face(rng) for _ in range(n_modules))
+    return Morphology(levels, faces, tuple(_random_rhythm(rng) for _ in range(n_modules)) if rhythms else ())
 
 
 def mutate_morphology(
@@ -162,27 +187,36 @@ def mutate_morphology(
     Where every module has its own stiffness there is no global redraw, and its third of the global mutations
     does nothing. Instead every module redraws either its face or its stiffness, with probability
     ``module_rate`` each. The published code does the same; no published configuration uses it.
+
+    A module that has a rhythm redraws that instead with the same probability.
     """
+    faces, rhythms = list(parent.faces), list(parent.rhythms)
     if isinstance(parent.stiffness_level, tuple):
-        return _mutate_per_module(list(parent.stiffness_level), list(parent.faces), rng, rates)
-    faces = list(parent.faces)
+        return _mutate_per_module(list(parent.stiffness_level), faces, rhythms, rng, rates)
     stiffness_level = parent.stiffness_level
     if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "stiffness"))
         if kind == "insert" and len(faces) < MAX_MODULES:
-            faces.insert(rng.randint(0, len(faces)), _random_face(rng))
+            where = rng.randint(0, len(faces))
+            faces.insert(where, _random_face(rng))
+            if rhythms:
+                rhythms.insert(where, _random_rhythm(rng))
         elif kind == "delete" and len(faces) > MIN_MODULES:
-            del faces[rng.randrange(len(faces))]
+            where = rng.randrange(len(faces))
+            del faces[where], rhythms[where : where + 1]
         elif kind == "stiffness":
             stiffness_level = _random_level(rng)
     for i in range(len(faces)):
-        if rng.random() < rates.face_rate:
+        draw = rng.random()
+        if draw < rates.face_rate:
             faces[i] = _random_face(rng)
-    return Morphology(stiffness_level=stiffness_level, faces=tuple(faces))
+        elif rhythms and draw < 2 * rates.face_rate:
+            rhythms[i] = _random_rhythm(rng)
+    return Morphology(stiffness_level, tuple(faces), tuple(rhythms))
 
 
 def _mutate_per_module(
-    levels: list[int], faces: list[int], rng: random.Random, rates: BodyRates
+    levels: list[int], faces: list[int], rhythms: list[int], rng: random.Random, rates: BodyRates
 ) -> Morphology:
     if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "nothing"))
@@ -190,16 +224,20 @@ def _mutate_per_module(
             where = rng.randint(0, len(faces))
             faces.insert(where, _random_face(rng))
             levels.insert(where, _random_level(rng))
+            if rhythms:
+                rhythms.insert(where, _random_rhythm(rng))
         elif kind == "delete" and len(faces) > MIN_MODULES:
             where = rng.randrange(len(faces))
-            del faces[where], levels[where]
+            del faces[where], levels[where], rhythms[where : where + 1]
     for i in range(len(faces)):
         draw = rng.random()
         if draw < rates.module_rate:
             faces[i] = _random_face(rng)
         elif draw < 2 * rates.module_rate:
             levels[i] = _random_level(rng)
-    return Morphology(stiffness_level=tuple(levels), faces=tuple(faces))
+        elif rhythms and draw < 3 * rates.module_rate:
+            rhythms[i] = _random_rhythm(rng)
+    return Morphology(tuple(levels), tuple(faces), tuple(rhythms))
 
 
 def _random_level(rng: random.Random) -> int:
@@ -208,6 +246,10 @@ def _random_level(rng: random.Random) -> int:
 
 def _random_face(rng: random.Random) -> int:
     return rng.randint(1, N_FACES)
+
+
+def _random_rhythm(rng: random.Random) -> int:
+    return rng.randrange(N_RHYTHMS)
 
 
 def _check_int(what: str, value: Any, low: int, high: int) -> None:
@@ -236,6 +278,8 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
     elif moved:
         return [f"{len(old)} → {len(new)} modules"]
     turned = [kept[i] + 1 for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
+    if not moved and parent.rhythms != child.rhythms:
+        changes.append("rhythms")
     if turned:
         changes.append(f"face{'s' if len(turned) > 1 else ''} of {', '.join(map(str, turned))}")
     if parent.stiffness_level != child.stiffness_level:
@@ -262,7 +306,7 @@ def with_modules(body: Morphology, n: int) -> Morphology:
     level = body.stiffness_level
     if isinstance(level, tuple):
         level = (level + level[-1:] * n)[:n]
-    return Morphology(level, faces)
+    return Morphology(level, faces, (body.rhythms + body.rhythms[-1:] * n)[:n])
 
 
 def with_face(body: Morphology, module: int, face: int) -> Morphology:
@@ -273,7 +317,7 @@ def with_face(body: Morphology, module: int, face: int) -> Morphology:
     """
     if not 0 <= module < body.n_modules:
         raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology(body.stiffness_level, (*body.faces[:module], face, *body.faces[module + 1 :]))
+    return dataclasses.replace(body, faces=(*body.faces[:module], face, *body.faces[module + 1 :]))
 
 
 def with_stiffness(body: Morphology, level: int, module: int | None = None) -> Morphology:
@@ -286,9 +330,10 @@ def with_stiffness(body: Morphology, level: int, module: int | None = None) -> M
         raise InvalidData(f"stiffness level must be from 1 to {N_STIFFNESS_LEVELS}, not {level}")
     levels = body.stiffness_level
     if module is None:
-        return Morphology((level,) * len(levels) if isinstance(levels, tuple) else level, body.faces)
+        every = (level,) * len(levels) if isinstance(levels, tuple) else level
+        return dataclasses.replace(body, stiffness_level=every)
     if not isinstance(levels, tuple):
         raise InvalidData("the modules of this robot share one stiffness")
     if not 0 <= module < body.n_modules:
         raise InvalidData(f"module must be from 1 to {body.n_modules}, not {module + 1}")
-    return Morphology((*levels[:module], level, *levels[module + 1 :]), body.faces)
+    return dataclasses.replace(body, stiffness_level=(*levels[:module], level, *levels[module + 1 :]))

@@ -11,6 +11,10 @@ FREQUENCIES: Final = np.array([0.25, 0.5])
 """Frequencies a module can contract at, in Hz."""
 PHASES: Final = np.array([0.0, 1.57, 3.14, 4.71])
 """Phases a module can contract at, in rad."""
+N_RHYTHMS: Final = len(FREQUENCIES) * len(PHASES)
+"""Ways in which a module can contract: phase p of frequency f is number f x phases + p."""
+PULSE: Final = 4
+"""The rhythm of every module of a body without rhythms while its head is searched: 0.5 Hz, phase 0."""
 
 
 def _load_table() -> np.ndarray:

@@ -116,6 +116,7 @@ class MapSearch(Algorithm):
         budget: total number of solutions; the last generation may be smaller.
         seed: of all the algorithm's draws.
         stiffness: whether a body's modules share one stiffness.
+        rhythms: whether its modules have rhythms.
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
         variation: how new solutions come about.
@@ -134,6 +135,7 @@ class MapSearch(Algorithm):
         budget: int,
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
+        rhythms: bool = False,
         overlap: int = 0,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
@@ -142,7 +144,9 @@ class MapSearch(Algorithm):
         self._config = config
         self._stiffness: StiffnessMode = stiffness
         self._budget = budget
-        self._variation = Variation(n_inputs=n_inputs, stiffness=stiffness, seed=seed, config=variation)
+        self._variation = Variation(
+            n_inputs=n_inputs, stiffness=stiffness, rhythms=rhythms, seed=seed, config=variation
+        )
         self._generation = 0
         self._overlap = overlap
         self._asked: deque[list[Solution]] = deque()

@@ -82,16 +82,18 @@ class Variation:
     Args:
         n_inputs: how many numbers the controllers sense.
         stiffness: whether a body's modules share one stiffness.
+        rhythms: whether its modules have rhythms.
         seed: of all draws.
         config: rates and weights.
     """
 
     def __init__(
-        self, *, n_inputs: int, stiffness: StiffnessMode, seed: int, config: VariationConfig
+        self, *, n_inputs: int, stiffness: StiffnessMode, rhythms: bool, seed: int, config: VariationConfig
     ) -> None:
         self.rng = random.Random(seed)
         """The one generator of an algorithm: whatever else it draws comes from here too."""
         self._stiffness = stiffness
+        self._rhythms = rhythms
         self._config = config
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
@@ -110,7 +112,7 @@ class Variation:
         """Draw a solution: a body and a controller, independently."""
         return Solution(
             number=self._next_number(),
-            morphology=random_morphology(self.rng, self._stiffness),
+            morphology=random_morphology(self.rng, self._stiffness, rhythms=self._rhythms),
             controller=self._neat.random(self.rng),
         )
 

@@ -118,6 +118,7 @@ class VieNeat(Algorithm):
         n_inputs: how many numbers the controllers sense.
         config: sizes and rates of the two populations.
         stiffness: whether a body's modules share one stiffness.
+        rhythms: whether its modules have rhythms.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
         variation: the rates of bodies and controllers; the weights of its operators do not count.
@@ -134,6 +135,7 @@ class VieNeat(Algorithm):
         budget: int,
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
+        rhythms: bool = False,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
@@ -145,7 +147,7 @@ class VieNeat(Algorithm):
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
             maximise=config.maximise,
-            draw=lambda rng: random_morphology(rng, stiffness),
+            draw=lambda rng: random_morphology(rng, stiffness, rhythms=rhythms),
             mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body),
         )
         self._controllers = NeatPopulation(

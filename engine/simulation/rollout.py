@@ -29,8 +29,7 @@ from engine.tasks import SETTLE_TIME, TRIAL_TIME, GroundFrame, Task, View, score
 from engine.tasks.walls import Obstacles, Wall
 
 OPEN_LOOP_TIME: Final = 10.0
-"""Seconds of open-loop motion, all modules at 0.5 Hz and phase 0, that show which end is the head."""
-OPEN_LOOP_FREQUENCY: Final = 0.5
+"""Seconds of open-loop motion that show which end is the head."""
 NOISE_BLOCK: Final = 50
 """Control updates whose noise is drawn at once."""
 
@@ -111,7 +110,7 @@ def find_heads(
     n_threads: int = 1,
     duration: float = OPEN_LOOP_TIME,
 ) -> tuple[list[Head], list[Failure | None]]:
-    """Find which end goes first when all modules pulse together.
+    """Find which end goes first when all modules pulse together, or by their rhythms.
 
     The end of the chain is the head unless the rear face of its module has by then crossed, backwards,
     the line through its own starting point, perpendicular to the robot.
@@ -125,9 +124,11 @@ def find_heads(
     sensor = HeadSensor(heads)
     front, rear = sensor.faces(sim)
     direction = front - rear
-    frequency = np.full((*sim.shape, sim.n_modules), OPEN_LOOP_FREQUENCY)
+    rhythms = np.array([m.open_loop for m in morphologies])[:, None]
+    frequency = servo.FREQUENCIES[rhythms // len(servo.PHASES)]
+    phase = servo.PHASES[rhythms % len(servo.PHASES)]
     for _ in range(round(duration / physics.control_period)):
-        command = servo.command_angle(frequency, np.zeros_like(frequency), sim.time)
+        command = servo.command_angle(frequency, phase, sim.time)
         sim.step(servo.target_lengths(command))
     moved = ((sensor.faces(sim)[1] - rear) * direction).sum(axis=-1)[:, 0]
     heads = [Head.of(m, bool(d >= 0.0)) for m, d in zip(morphologies, moved, strict=True)]

@@ -51,6 +51,7 @@ configs = st.builds(
     ),
     sensors=st.sampled_from(["centimetres", "relative"]),
     bonus=st.sampled_from(["depth", "distance"]),
+    head_search=st.sampled_from(["together", "rhythms"]),
     controller_cells=st.tuples(st.integers(1, 50), st.integers(1, 50)),
     variation=st.builds(
         VariationConfig,
@@ -92,6 +93,7 @@ def test_json_round_trip_is_lossless(config):
 def test_the_paper_preset_is_the_published_experiment():
     c = preset("paper")
     assert (c.sensors, c.map_search.sensory, c.bonus) == ("centimetres", "displacements", "distance")
+    assert c.head_search == "rhythms"
     old = dataclasses.replace(PUBLISHED.neat, version="0.92")
     assert c.variation == dataclasses.replace(PUBLISHED, neat=old)
     assert (c.vie_neat.maximise, c.trials.unfed_outputs) == ("inverse", "zero")

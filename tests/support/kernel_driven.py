@@ -38,7 +38,14 @@ class Driven(NamedTuple):
 def drop(morphology, width=8):
     robot = build_robot(morphology, PHYSICS)
     poses = robot.model.qpos0.reshape(-1, 7)
-    return Dropped(read_robot(robot), poses, end=Head.of(morphology, True), physics=PHYSICS, width=width)
+    return Dropped(
+        read_robot(robot),
+        poses,
+        end=Head.of(morphology, True),
+        rhythms=morphology.open_loop,
+        physics=PHYSICS,
+        width=width,
+    )
 
 
 @functools.cache

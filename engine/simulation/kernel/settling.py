@@ -75,8 +75,7 @@ def settle(
     def one(pair: tuple[RobotModel, Morphology]) -> Settled:
         robot, morphology = pair
         model = read_robot(robot)
-        end = Head.of(morphology, True)
-        dropped = _drop(robot, model, end, physics)
+        dropped = _drop(robot, model, morphology, physics)
         if observer is None:
             dropped.settle(round(duration / physics.control_period))
         else:
@@ -85,7 +84,7 @@ def settle(
                 observer(_span(recording, _snapshot(robot, dropped, physics)))
         failure = None
         if dropped.failure != GOES_ON:
-            failure = _settling_failure(robot, model, end, dropped, physics)
+            failure = _settling_failure(robot, model, morphology, dropped, physics)
         return Settled(robot, model, dropped, failure)
 
     return threaded(one, list(zip(robots, morphologies, strict=True)), n_threads)
@@ -99,7 +98,7 @@ def find_heads(
     duration: float,
     n_threads: int = 1,
 ) -> tuple[list[Head], list[Failure | None]]:
-    """Find which end of each robot goes first when all modules pulse together.
+    """Find which end of each robot goes first when all modules pulse together, or by their rhythms.
 
     Returns:
         The heads and, per robot, why its simulation failed or None.
@@ -125,8 +124,15 @@ def threaded(function: Callable[[Q], R], items: Sequence[Q], n_threads: int) -> 
         return list(pool.map(function, items))
 
 
-def _drop(robot: RobotModel, model: Model, end: Head, physics: Physics) -> Dropped:
-    return Dropped(model, robot.model.qpos0.reshape(-1, 7), end=end, physics=physics, width=widest())
+def _drop(robot: RobotModel, model: Model, morphology: Morphology, physics: Physics) -> Dropped:
+    return Dropped(
+        model,
+        robot.model.qpos0.reshape(-1, 7),
+        end=Head.of(morphology, True),
+        rhythms=morphology.open_loop,
+        physics=physics,
+        width=widest(),
+    )
 
 
 def _snapshot(robot: RobotModel, dropped: Dropped, physics: Physics) -> KernelSimulations:
@@ -164,12 +170,12 @@ def failure_at(code: int, n_updates: int, model: Model, physics: Physics) -> Fai
 
 
 def _settling_failure(
-    robot: RobotModel, model: Model, end: Head, dropped: Dropped, physics: Physics
+    robot: RobotModel, model: Model, morphology: Morphology, dropped: Dropped, physics: Physics
 ) -> Failure:
     """Return why a robot failed while it settled, with its last moments."""
     at = dropped.failed_at
     n = min(at, MAX_UPDATES)
-    before = _drop(robot, model, end, physics)
+    before = _drop(robot, model, morphology, physics)
     before.settle(at - n)
     return dataclasses.replace(
         failure_at(dropped.failure, at, model, physics),

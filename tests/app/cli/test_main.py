@@ -99,7 +99,7 @@ def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
     commands = "explore evolve resume campaign info export record replay-dump verify reevaluate compare"
-    commands += " table project doctor recover migrate"
+    commands += " table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
 
@@ -117,8 +117,8 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations initial overlap parents"
-        " preset reevaluations refit-generations seed sensors sensory stiffness task",
+        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations head-search initial"
+        " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight crossover",
         "variation.body.": "body-rate face-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"

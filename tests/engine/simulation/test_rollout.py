@@ -9,6 +9,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller, NodeGene
 from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.simulation.kernel import settling
 from engine.simulation.model import build_robot, face_rods
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import ClosedLoop, Head, SimulationBatch, build_robots, find_heads, settle
@@ -16,7 +17,7 @@ from engine.simulation.trials import TrialConfig, noise_seed
 from engine.tasks import GOAL_REACHING, distance_and_bearing, fitness, target_offsets
 from tests.support.made_up import evolved_controller
 
-PHYSICS = Physics(simulator="mujoco")
+PHYSICS, KERNEL = Physics(simulator="mujoco"), Physics(simulator="kernel")
 SHORT = TrialConfig(repeats=2, settle_time=0.2, open_loop_time=0.2, trial_time=1.0)
 BODIES = [Morphology(2, (1, 6)), Morphology(7, (8, 3)), Morphology(10, (5, 5))]
 SOLUTIONS = [
@@ -213,6 +214,19 @@ def test_the_head_is_the_end_unless_the_robot_backs_away():
                 ahead = face(data, last) - start
         assert head.is_end == ((face(data, opposite) - start) @ ahead >= 0.0)
     assert {h.is_end for h in heads} == {True, False}
+
+
+def test_rhythms_decide_which_end_is_the_head():
+    bodies = [Morphology(2, (3, 2), r) for r in ((), (4, 4), (6, 7), (0, 1))]
+    robots = build_robots(bodies, PHYSICS)
+    settled = settle(robots, physics=PHYSICS, duration=0.4)
+    heads, failures = find_heads(settled, robots, bodies, physics=PHYSICS, duration=2.0)
+    assert failures == [None] * len(bodies)
+    # 0.5 Hz and phase 0 for all is what a body without rhythms does
+    assert heads[0] == heads[1]
+    assert {h.is_end for h in heads} == {True, False}
+    at_rest = settling.settle(robots, bodies, physics=KERNEL, duration=0.4)
+    assert settling.find_heads(at_rest, bodies, physics=KERNEL, duration=2.0)[0] == heads
 
 
 def test_both_heads_by_hand():

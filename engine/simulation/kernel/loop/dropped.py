@@ -7,18 +7,17 @@ another width would have to be compiled.
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
 
 import numpy as np
 
-from engine.body.servo import FREQUENCIES, PHASES
 from engine.simulation.kernel.lanes.simd import by_lane, width_of
 from engine.simulation.kernel.loop.closed_loop import begin, run
 from engine.simulation.kernel.loop.sensing import PYTHON, make_scene
 from engine.simulation.kernel.loop.setup import (
     NOTHING,
+    OPEN_LOOP,
     RELEASED,
-    TOGETHER,
     HeadOf,
     Loop,
     Recording,
@@ -30,9 +29,6 @@ from engine.simulation.kernel.physics.parameters import Model
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, forget, new_state
 from engine.simulation.physics import Physics
 
-OPEN_LOOP: Final = FREQUENCIES.tolist().index(0.5) * len(PHASES) + PHASES.tolist().index(0.0)
-"""Number of the command that all modules have while the head is searched: 0.5 Hz, phase 0."""
-
 
 class Dropped:
     """A robot that has been dropped, in every lane the same.
@@ -41,11 +37,21 @@ class Dropped:
         model: the robot.
         poses: (rods, 7) centres in m and quaternions as built, above the ground.
         end: the head that the robot has if it is the end of its chain.
+        rhythms: per module the command that it has while the head is searched, as ``servos`` numbers them.
         physics: time step and control period.
         width: lanes of a vector.
     """
 
-    def __init__(self, model: Model, poses: np.ndarray, *, end: HeadOf, physics: Physics, width: int) -> None:
+    def __init__(
+        self,
+        model: Model,
+        poses: np.ndarray,
+        *,
+        end: HeadOf,
+        rhythms: Sequence[int],
+        physics: Physics,
+        width: int,
+    ) -> None:
         self.model = model
         self.state = new_state(model, width=width)
         by_lane(self.state.rods).reshape(-1, ROD, width)[:, :7] = poses[..., None]
@@ -55,6 +61,7 @@ class Dropped:
         self.failed_at = 0
         """Control updates from the drop to the failure of the simulation, or 0."""
         self._end = end
+        self._rhythms = rhythms
         self._physics = physics
 
     @property
@@ -72,7 +79,7 @@ class Dropped:
         return recording
 
     def goes_end_first(self, duration: float) -> tuple[bool, int]:
-        """Find which end goes first when all modules pulse together for some seconds; the robot stays.
+        """Find which end goes first when the modules keep their rhythms for some seconds; the robot stays.
 
         The end of the chain is the head unless the rear face of its module has by then crossed, backwards,
         the line through its own starting point, perpendicular to the robot.
@@ -103,7 +110,7 @@ class Dropped:
         """Return a copy of the robot about to pulse, and what drives it."""
         state = new_state(self.model, width=width_of(self.state.rods))
         branch(state, self.state, 0)
-        loop = self._loop(TOGETHER)
+        loop = self._loop(OPEN_LOOP)
         begin(state, loop)
         return state, loop
 
@@ -121,7 +128,7 @@ class Dropped:
             width=width,
             head=self._end,
         )
-        by_lane(loop.servos.choice)[:] = OPEN_LOOP
+        by_lane(loop.servos.choice)[:] = np.array(self._rhythms)[:, None]
         return loop
 
 

@@ -18,8 +18,8 @@ from engine.simulation.physics import Physics
 
 RELEASED: Final = 0
 """The servos are off."""
-TOGETHER: Final = 1
-"""All modules have the same command, that of number ``servos.choice``, without noise."""
+OPEN_LOOP: Final = 1
+"""Every module keeps its command, that of number ``servos.choice``, without noise."""
 CONTROLLER: Final = 2
 """The networks choose the commands, to which noise is added."""
 
@@ -44,7 +44,7 @@ class Loop(NamedTuple):
     """What drives the lanes' robots, and what belongs to it.
 
     Attributes:
-        drive: ``RELEASED``, ``TOGETHER`` or ``CONTROLLER``.
+        drive: ``RELEASED``, ``OPEN_LOOP`` or ``CONTROLLER``.
         rhythm: when things happen.
         scene: what is sensed.
         network: that all lanes share.

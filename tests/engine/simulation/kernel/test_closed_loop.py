@@ -255,15 +255,21 @@ def test_settling_is_the_physics_with_slack_cables():
     np.testing.assert_array_equal(recording.poses[-1, 0], rods[:, :7])
 
 
-@pytest.mark.parametrize(("faces", "end_first"), [((3, 2), True), ((8, 7), False)])
-def test_the_head_goes_first(faces, end_first):
-    morphology = dataclasses.replace(MORPHOLOGY, faces=faces)
+@pytest.mark.parametrize(
+    ("faces", "rhythms", "end_first"),
+    [((3, 2), (), True), ((8, 7), (), False), ((3, 2), (6, 1), False)],
+)
+def test_the_head_goes_first(faces, rhythms, end_first):
+    morphology = dataclasses.replace(MORPHOLOGY, faces=faces, rhythms=rhythms)
     dropped = drop(morphology)
     dropped.settle(20)
     before = dropped.state.rods.tobytes()
     assert dropped.goes_end_first(2.0) == (end_first, 0)
     assert dropped.state.rods.tobytes() == before
-    # the same again: 0.5 Hz, phase 0, without noise, with NumPy's commands
+    # the same again without noise, with NumPy's commands
+    numbers = np.array(rhythms or (4, 4))
+    frequency, phase = servo.FREQUENCIES[numbers // 4], servo.PHASES[numbers % 4]
+    assert rhythms or (frequency.tolist(), phase.tolist()) == ([0.5, 0.5], [0.0, 0.0])
     end, state = Head.of(morphology, True), dropped.state
     rods = simd.by_lane(state.rods)[:, 0].reshape(2, 6, ROD)
 
@@ -272,7 +278,7 @@ def test_the_head_goes_first(faces, end_first):
 
     front, rear = face(end.front), face(end.rear)
     for k in range(20, 120):
-        command = servo.command_angle(np.array([0.5, 0.5]), np.zeros(2), k * PHYSICS.control_period)
+        command = servo.command_angle(frequency, phase, k * PHYSICS.control_period)
         simd.by_lane(state.commanded)[:] = servo.target_lengths(command).reshape(-1, 1)
         step.run(dropped.model, state, PHYSICS.steps_per_control)
     assert ((face(end.rear) - rear) @ (front - rear) >= 0.0) == end_first
