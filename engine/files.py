@@ -57,7 +57,7 @@ def _inert(value: object) -> object:
     return _FORMULA.sub(r"\1'", re.sub(r"\r\n?", "\n", value))
 
 
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]", re.IGNORECASE)
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 _FORMULA: Final = re.compile(r"(^|[;\t]\s*)(?=[=+@\t\n-])")
 """Before what a spreadsheet takes for a formula, where a field begins: some take ``;`` for its end, too."""
 
