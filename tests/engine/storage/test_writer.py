@@ -126,7 +126,7 @@ def evaluations(draw):
     return dataclasses.replace(
         e,
         fitness=None if failed else draw(finite),
-        failure=draw(st.text()) if failed else None,
+        failure=draw(st.text(st.characters(codec="utf-8")).filter(str.isprintable)) if failed else None,
         distances=distances,
     )
 
