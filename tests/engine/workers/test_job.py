@@ -36,10 +36,10 @@ def test_what_no_worker_survives_can_be_stored(tiny_run, tmp_path):
     with RunReader(tiny_run[0]) as reader:
         solution = reader.evaluation(0).solution
     with RunWriter.create(tmp_path / "run.tsmr", TINY, {}) as writer:
-        writer.add_evaluations(0, [unfinished(TINY, solution, "died")])
+        writer.add_evaluations(0, [unfinished(TINY, solution, "died of \x1b[2J")])
     with RunReader(tmp_path / "run.tsmr") as reader:
         e = reader.evaluation(0)
-    assert (e.solution, e.fitness, e.failure) == (solution, None, "died")
+    assert (e.solution, e.fitness, e.failure) == (solution, None, "died of ~1b[2J")
 
 
 def test_computers_that_differ_are_told_apart():
