@@ -12,8 +12,8 @@ from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
 from engine.storage.schema import failures_folder
 
-EXPLOSIVE = Physics(timestep=0.004)
-"""A time step that the cables' damping does not bear; evolving refuses it."""
+EXPLOSIVE = Physics(simulator="mujoco", timestep=0.004)
+"""A time step that the cables' damping does not bear; evolving refuses it. Dumps of MuJoCo's are longer."""
 
 
 def evolve(path: Path) -> list[Path]:

@@ -51,7 +51,8 @@ class Robot(NamedTuple):
         inverse_spin: (6,) by how much more a moment about the rod's axis turns it.
         spin: (6,) by how much the inertia about its axis exceeds that across.
         axis: (6,) which axis of its own frame a rod lies along.
-        contact_weight: (6,) MuJoCo's mean inverse inertia of a rod, which scales its contacts' softness.
+        contact_weight: (6,) acceleration of a rod per force, which scales its contacts' softness: MuJoCo's
+            ``body_invweight0``.
         centre_of_mass: (3,) of rod 0 of a module from its middle; the others' are in the middle.
         half_length, radius: of a rod's capsule.
         friction: its coefficient.
@@ -213,9 +214,12 @@ def _servos(model: mujoco.MjModel) -> dict[str, Any]:
 def _rods(model: mujoco.MjModel, n: int) -> dict[str, Any]:
     """Return what is said of the rods of a module."""
     mass, inertia, middle = model.body_mass[1:], model.body_inertia[1:], model.body_ipos[1:]
-    modules = np.column_stack([mass, inertia, middle, model.body_invweight0[1:, 0]])
+    # MuJoCo inverts a matrix for it, so that the last digits depend on how a rod lies
+    if not np.allclose(model.body_invweight0[1:, 0], 1.0 / mass, rtol=1e-9, atol=0.0):
+        raise ValueError("the kernel needs body_invweight0 to be that of free rods")
+    modules = np.column_stack([mass, inertia, middle])
     rows = same_for_all("masses of modules", modules.reshape(n, RODS, -1))
-    mass, inertia, middle, weight = rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7]
+    mass, inertia, middle = rows[:, 0], rows[:, 1:4], rows[:, 4:7]
     if middle[1:].any():
         raise ValueError("the kernel needs body_ipos to be 0 for all rods but a module's first")
     axis = inertia.argmin(axis=1)
@@ -240,7 +244,7 @@ def _rods(model: mujoco.MjModel, n: int) -> dict[str, Any]:
         "inverse_spin": 1.0 / along - 1.0 / across,
         "spin": along - across,
         "axis": axis.astype(np.int64),
-        "contact_weight": weight.copy(),
+        "contact_weight": 1.0 / mass,
         "centre_of_mass": tuple(map(float, middle[0])),
         "half_length": float(size[1]),
         "radius": float(size[0]),
