@@ -26,6 +26,8 @@ CONTACT: Final = 26
 """Numbers of a contact of a rod with the ground or a wall (``contacts``)."""
 PAIR: Final = 29
 """Numbers of a contact of two rods (``rod_contacts``)."""
+SEARCH: Final = 6
+"""Numbers of a contact in a search for forces (``corners``): force before a sweep 3, last changes 3."""
 LINK: Final = 19
 """Numbers of a link (``links``)."""
 OWN_PAIRS: Final = RODS * (RODS - 1) // 2
@@ -44,6 +46,7 @@ class Work(NamedTuple):
         contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
         contact_slot: per contact where its force is kept.
         contact_start: (islands x 2 + 1,) first contact of an island's first and second rod.
+        search: (contacts x 6,) see ``SEARCH``; none in worlds without walls.
         link: (islands x 19,) see ``LINK``.
         linked: (islands,) whether an island's link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
@@ -65,6 +68,7 @@ class Work(NamedTuple):
     contact: np.ndarray
     contact_slot: np.ndarray
     contact_start: np.ndarray
+    search: np.ndarray
     link: np.ndarray
     linked: np.ndarray
     pair: np.ndarray
@@ -147,6 +151,7 @@ def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
         contact=reals(CONTACT * contacts),
         contact_slot=numbers(contacts),
         contact_start=numbers(2 * islands + 1),
+        search=reals(SEARCH * contacts if n_walls else 0),
         link=reals(LINK * islands),
         linked=numbers(islands),
         pair=reals(PAIR * pairs),
