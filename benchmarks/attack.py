@@ -5,7 +5,9 @@ Starts the app as a process of its own, as ``benchmarks.explorer`` does, and att
 - ``clicks``: one browser sends hundreds of clicks at once, then goes on for half a minute, 200 a second;
 - ``crowd``: 20 browsers, then 50, each click another robot at the same moment;
 - ``messages``: what takes much more memory than bytes, and what has the wrong types;
-- ``files``: pipes among the runs and beside one.
+- ``files``: pipes among the runs and beside one;
+- ``networks``: robots with the largest networks that a file may hold;
+- ``leaving``: pages that click and are closed at once.
 
 Meanwhile an innocent browser clicks. Prints how long its answers take, and the CPU time that the server
 needed for a crowd: on a machine that is busy otherwise only that says much. Exits with 1 if a figure falls
@@ -17,6 +19,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
+import random
 import shutil
 import sys
 import tempfile
@@ -39,7 +42,17 @@ from benchmarks.synthetic_browser import SyntheticBrowser, brings_robot, html_wi
 from benchmarks.synthetic_run import write_run
 from benchmarks.timing import machine
 from engine.body.module import MAX_MODULES, MIN_MODULES
+from engine.control.genome import (
+    MAX_CONNECTIONS,
+    MAX_DEPTH,
+    MAX_NODES,
+    N_OUTPUTS,
+    ConnectionGene,
+    Controller,
+    NodeGene,
+)
 from engine.search.archive import cell_name
+from engine.simulation.compile_kernel import compile_kernel
 from engine.storage.reader import RunReader
 
 ANSWER: Final = 1.0
@@ -54,6 +67,8 @@ PATIENCE: Final = 10.0
 """Seconds in which a server shows its first page, and ends."""
 GROWTH: Final = 50.0
 """MB that messages may take."""
+IDLE: Final = 0.1
+"""Share of a core that a server without browsers may take."""
 PAUSE: Final = 0.5
 """Seconds between two clicks of the innocent browser."""
 
@@ -62,7 +77,7 @@ PAUSE: Final = 0.5
 class Arguments:
     """Attack the explorer."""
 
-    part: Literal["all", "clicks", "crowd", "messages", "files"] = "all"
+    part: Literal["all", "clicks", "crowd", "messages", "files", "networks", "leaving"] = "all"
     """Which attack."""
     seconds: float = 30.0
     """How long the clicks go on."""
@@ -75,6 +90,7 @@ def main(arguments: Arguments) -> int:
     quick = arguments.quick
     console = Console()
     console.print(machine())
+    compile_kernel()  # no browser is to wait for that
     rows: list[Row] = []
 
     def wanted(part: str) -> bool:
@@ -98,6 +114,16 @@ def main(arguments: Arguments) -> int:
                 rows += messages(server, cells, 20 if quick else 2000)
         if wanted("files"):
             rows += files(run, folder)
+        if wanted("networks"):
+            large = folder / "large.tsmr"
+            write_run(
+                large, evaluations=30, initial=20, modules=modules, controllers=[largest_network(quick)]
+            )
+            with explorer([large], folder) as server:
+                rows += networks(server, filled_cells(large))
+        if wanted("leaving"):
+            with explorer([run], folder) as server:
+                rows.append(leaving(server, cells, 2 if quick else 20))
     show("The explorer under attack", rows, console)
     passed = all(row.passed is not False for row in rows)
     console.print("every figure is met" if passed else "a figure falls short")
@@ -235,6 +261,62 @@ def files(run: Path, folder: Path) -> list[Row]:
         answers("a page with pipes among the runs", [page], PATIENCE),
         answers("the server's end by SIGTERM", [end], PATIENCE),
     ]
+
+
+def networks(server: ServerProcess, cells: Sequence[str]) -> list[Row]:
+    """Click robots whose networks are as large as may be."""
+    before = server.peak()
+    with innocent(server, cells) as browser:
+        waits = []
+        for cell in cells[1:4]:
+            mark, started = browser.mark(), time.perf_counter()
+            browser.click(cell)
+            waits.append(browser.wait(brings_robot, mark) - started)
+        time.sleep(PAUSE)
+        grown = server.peak() - before
+    return [
+        answers("clicks on robots with the largest networks, to the first frame", waits, PATIENCE),
+        Row("memory for them", f"{grown:+.0f} MB", f"at most {4 * GROWTH:+.0f} MB", grown <= 4 * GROWTH),
+    ]
+
+
+def largest_network(quick: bool) -> Controller:
+    """Return a network with as many nodes and connections, and as many in a row, as a file may have."""
+    n_nodes, n_links, depth = (100, 300, 20) if quick else (MAX_NODES, MAX_CONNECTIONS, MAX_DEPTH - 2)
+    hidden = range(N_OUTPUTS, n_nodes)
+    level = {k: i * depth // len(hidden) for i, k in enumerate(hidden)}
+    rng = random.Random(0)
+    pairs = {(-1 - k % 2, node) for k, node in enumerate(hidden)}
+    pairs |= {(k, rng.randrange(N_OUTPUTS)) for k in hidden if level[k] == depth - 1}
+    while len(pairs) < n_links:
+        source, target = rng.sample(hidden, 2)
+        if level[source] < level[target]:
+            pairs.add((source, target))
+    return Controller(
+        n_inputs=2,
+        nodes=tuple(NodeGene(k, 0.0) for k in range(n_nodes)),
+        connections=tuple(
+            ConnectionGene(a, b, rng.gauss(0.0, 1.0), True, k) for k, (a, b) in enumerate(sorted(pairs))
+        ),
+    )
+
+
+def leaving(server: ServerProcess, cells: Sequence[str], n: int) -> Row:
+    """Open pages that click and go."""
+    with contextlib.ExitStack() as stack:
+        browsers = [stack.enter_context(innocent(server, cells)) for _ in range(n)]
+        for browser, cell in zip(browsers, cells[1:], strict=False):
+            browser.click(cell)
+    time.sleep(1.0)
+    cpu, started = server.cpu(), time.perf_counter()
+    time.sleep(2.0)
+    share = (server.cpu() - cpu) / (time.perf_counter() - started)
+    return Row(
+        f"share of a core, a second after {n} pages have clicked and been closed",
+        f"{share:.0%}",
+        f"at most {IDLE:.0%}",
+        share <= IDLE,
+    )
 
 
 @contextlib.contextmanager

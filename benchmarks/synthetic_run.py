@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -10,8 +11,9 @@ import numpy as np
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
+from engine.body.servo import N_RHYTHMS
 from engine.config import RunConfig, preset, replaced
-from engine.control.genome import Neat
+from engine.control.genome import Controller, Neat
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
@@ -36,9 +38,17 @@ class SyntheticRun:
         path: of the run file, which must not exist.
         config: of the run.
         modules: of every robot; None for 2 to 10.
+        controllers: that the robots have; None for evolved ones.
     """
 
-    def __init__(self, path: Path, config: RunConfig, *, modules: int | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        config: RunConfig,
+        *,
+        modules: int | None = None,
+        controllers: Sequence[Controller] | None = None,
+    ) -> None:
         self._config, self._modules = config, modules
         self._task = get_task(config.task)
         self._rng = random.Random(config.seed)
@@ -47,6 +57,7 @@ class SyntheticRun:
         self._controllers = [neat.random(self._rng) for _ in range(N_CONTROLLERS)]
         for _ in range(N_MUTATIONS):
             self._controllers = [neat.mutate(c, self._rng) for c in self._controllers]
+        self._controllers = list(controllers or self._controllers)
         self.archives = {
             "morphology": morphology_archive(config.stiffness),
             "controller": GridArchive(shape=CONTROLLER_SHAPE),
@@ -88,7 +99,12 @@ class SyntheticRun:
     def _evaluation(self, number: int) -> Evaluation:
         rng, trials = self._rng, self._config.trials
         n = self._modules or rng.randint(MIN_MODULES, MAX_MODULES)
-        body = Morphology(rng.randint(1, N_STIFFNESS_LEVELS), tuple(rng.randint(1, 8) for _ in range(n)))
+        evolves = self._config.head_search == "rhythms"
+        body = Morphology(
+            rng.randint(1, N_STIFFNESS_LEVELS),
+            tuple(rng.randint(1, 8) for _ in range(n)),
+            tuple(rng.randrange(N_RHYTHMS) for _ in range(n)) if evolves else (),
+        )
         part = number / self._config.evaluations
         shape = (self._task.n_targets, trials.repeats)
         distances = self._numbers.uniform(0.35 - 0.25 * part, 0.55 - 0.25 * part, size=shape)
@@ -112,7 +128,14 @@ class SyntheticRun:
         return tuple(self._rng.randrange(n) for n in CONTROLLER_SHAPE)
 
 
-def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int | None = None) -> RunConfig:
+def write_run(
+    path: Path,
+    *,
+    evaluations: int,
+    initial: int = 1080,
+    modules: int | None = None,
+    controllers: Sequence[Controller] | None = None,
+) -> RunConfig:
     """Write a finished run with the trials of the published experiment.
 
     Args:
@@ -120,9 +143,10 @@ def write_run(path: Path, *, evaluations: int, initial: int = 1080, modules: int
         evaluations: in all.
         initial: of them in generation 0.
         modules: of every robot; None for 2 to 10.
+        controllers: that the robots have; None for evolved ones.
     """
     config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
-    with SyntheticRun(path, config, modules=modules) as run:
+    with SyntheticRun(path, config, modules=modules, controllers=controllers) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()
     return config

@@ -12,6 +12,6 @@ Read in this order:
 - ``info``: what a run file holds. ``tables``: its elites in another form: ``table``, ``project``.
 - ``compare``: a report of runs. ``verify``: an elite simulated again. ``reevaluate``: all elites again.
 - ``export``: a robot as a folder. ``record``: a replay as a file.
-- ``doctor``: checks an installation and run files. ``repair``: ``recover``, ``migrate``.
+- ``doctor``: checks an installation and run files. ``repair``: ``recover``, ``migrate``, ``slim``.
 - ``progress``: what a terminal shows while a command works.
 """

@@ -67,6 +67,7 @@ def _facts(reader: RunReader) -> dict[str, Any]:
         "seconds": round(last.seconds, 1) if last else 0.0,
         "created_at": reader.created_at,
         "projection": reader.projection,
+        "slimmed": None if reader.slimmed is None else {"robots": reader.slimmed.n_kept},
         "live": reader.is_live,
         "versions": reader.versions,
         "archives": _archive_facts(reader, last),
@@ -104,6 +105,12 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
     if reader.projection is not None:
         kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
         yield "projection", f"of {source}: {kind}"
+    if reader.slimmed is not None:
+        yield (
+            "slimmed",
+            f"it holds {reader.slimmed.n_kept} robots, all that the explorer shows, and of the others the"
+            " figures; it cannot be resumed",
+        )
     yield "failed", facts["failed"]
     if reader.task_change:
         yield "note", f"{reader.task_change}: results may differ"

@@ -24,7 +24,7 @@ from app.cli.export import Export
 from app.cli.info import Info
 from app.cli.record import Record
 from app.cli.reevaluate import Reevaluate
-from app.cli.repair import Migrate, Recover
+from app.cli.repair import Migrate, Recover, Slim
 from app.cli.tables import Project, Table
 from app.cli.verify import Verify
 from engine.config import DEFAULT_PRESET, preset
@@ -65,6 +65,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
     Doctor,
     Recover,
     Migrate,
+    Slim,
 )
 """Every command, in the order of the help; its class names it: ``ReplayDump`` is ``replay-dump``."""
 

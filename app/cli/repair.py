@@ -1,4 +1,4 @@
-"""The commands ``recover`` and ``migrate``: write another file from a run file, which stays as it is."""
+"""The commands ``recover``, ``migrate`` and ``slim``: another file from a run file, which stays as it is."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import tyro
 from rich.console import Console
 
 from engine.errors import as_typed
-from engine.storage.migration import migrate
+from engine.storage.migration import migrate, slim
 from engine.storage.recovery import recover
 from engine.storage.schema import FORMAT_VERSION
 
@@ -71,5 +71,30 @@ class Migrate:
         console.print(
             f"Wrote {as_typed(self.out)} in format {FORMAT_VERSION};"
             f" {as_typed(self.path)} is left in format {before}",
+            markup=False,
+        )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Slim:
+    """Write a small copy of a run for showing: with all that the explorer shows, but not to be resumed."""
+
+    path: tyro.conf.Positional[Path]
+    """Run file; it is only read."""
+    out: Path
+    """Run file to create, *.tsmr."""
+
+    def run(self, console: Console) -> None:
+        """Write the copy.
+
+        Raises:
+            RunFileError: the run cannot be read, is slimmed already or being written, or the copy cannot be
+                written.
+        """
+        slimmed = slim(self.path, self.out)
+        before, now = (path.stat().st_size / 1e6 for path in (self.path, self.out))
+        console.print(
+            f"Wrote {self.out} with {slimmed.n_kept} robots: {now:.1f} MB instead of {before:.1f}; look at it"
+            f" with: tensatlas explore {as_typed(self.out)}",
             markup=False,
         )

@@ -20,7 +20,7 @@ from app.runs.run_form import RunForm
 from app.state import ShownRun
 from engine.errors import InvalidData, printable
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
-from engine.storage.rows import Generation
+from engine.storage.rows import Generation, Slimmed
 from engine.storage.schema import failures_folder
 from viz.runs import run_progress
 
@@ -101,7 +101,14 @@ class RunPanel:
         self._resume.on_click(actions.slow(self.resume_run))
 
     def show_run(
-        self, path: Path, n: int, budget: int, generations: Sequence[Generation], *, live: bool
+        self,
+        path: Path,
+        n: int,
+        budget: int,
+        generations: Sequence[Generation],
+        *,
+        live: bool,
+        slimmed: Slimmed | None = None,
     ) -> None:
         """Show the progress of a run and what can be done with it.
 
@@ -111,6 +118,7 @@ class RunPanel:
             budget: evaluations that it will hold.
             generations: the closed ones.
             live: whether it is being written.
+            slimmed: what is left in a slimmed run; None for others.
         """
         last = generations[-1] if generations else None
         complete = last is not None and last.n_evaluations >= budget
@@ -121,11 +129,13 @@ class RunPanel:
         put(self._progress, 100.0 * min(n / budget, 1.0))
         speed = _speed(generations, self._seen) if live else None
         n_failed = 0 if last is None else last.n_failed
-        put_html(self._text, run_progress.render(n, budget, speed=speed, n_failed=n_failed))
+        n_kept = None if slimmed is None else slimmed.n_kept
+        text = run_progress.render(n, budget, speed=speed, n_failed=n_failed, n_kept=n_kept)
+        put_html(self._text, text)
         if self._form is not None:
             put(self._pause, live, "visible")
             put(self._stop, live, "visible")
-            put(self._resume, not live and not complete, "visible")
+            put(self._resume, not live and not complete and slimmed is None, "visible")
         self._list_dumps(path)
         put_html(self._trouble, "")
         if self._form is not None and not live and not complete:  # no visitor's business

@@ -142,6 +142,7 @@ class ChosenRobot:
         """
         reader = self._reader()
         self._show(
+            reader,
             Selection(
                 archive,
                 cell,
@@ -164,7 +165,7 @@ class ChosenRobot:
         ancestor = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
         )
-        self._show(ancestor, TrialChoice(target=self._choice.trial.target))
+        self._show(reader, ancestor, TrialChoice(target=self._choice.trial.target))
 
     def choose_trial(self, trial: TrialChoice) -> None:
         """Replay a trial of the chosen robot, or of what is shown instead of it.
@@ -183,8 +184,8 @@ class ChosenRobot:
             return
         self._choice.replay(trial)
         self._transport.select_trial(trial)
-        self._moved()
         self.player.load(replay)
+        self._moved()  # whoever waits for the robot need not wait for that
 
     def replay_dump(self, path: Path) -> None:
         """Play the last moments of a simulation that failed.
@@ -233,15 +234,14 @@ class ChosenRobot:
         if isinstance(replay, Replay):
             self.choose_trial(dataclasses.replace(self._choice.trial, aim=replay.aim_at(point)))
 
-    def _show(self, chosen: Selection, trial: TrialChoice) -> None:
-        """Show a robot and replay a trial of it."""
+    def _show(self, reader: RunReader, chosen: Selection, trial: TrialChoice) -> None:
+        """Show a robot of a run and replay a trial of it."""
         self._choice.select(chosen)
         where = chosen.archive
         if chosen.cell is not None:
             where += f" cell {cell_name(chosen.cell)}"
         if chosen.is_ancestor:
             where = f"ancestor of robot {chosen.line[0].number}"
-        reader = self._reader()
         self._panel.show_robot(reader.config, chosen.evaluation, where, chosen.entered, line=chosen.line)
         self.downloads.panel.allow_robot(True)
         self._board.choose(chosen.archive, chosen.number)

@@ -234,7 +234,14 @@ class Session:
         budget, last = reader.config.evaluations, run.last
         complete = last is not None and last.n_evaluations >= budget
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
-        self._run_panel.show_run(reader.path, status.n_evaluations, budget, run.generations, live=status.live)
+        self._run_panel.show_run(
+            reader.path,
+            status.n_evaluations,
+            budget,
+            run.generations,
+            live=status.live,
+            slimmed=reader.slimmed,
+        )
         self._board.refresh()
         if new and last is not None:
             if run.follow_newest:

@@ -89,6 +89,8 @@ def resume(
                 f"{path} is a projection of {reader.projection.get('source', 'another run')};"
                 " resume that one and project it again"
             )
+        if reader.slimmed is not None:
+            raise RunFileError(f"{path} is slimmed and cannot be resumed; resume the run it was made from")
         if reader.n_evaluations() < reader.config.evaluations:
             check_physics(reader.config)
         if reader.lacks_trajectories():

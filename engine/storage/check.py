@@ -22,6 +22,7 @@ Verdict = Literal["ok", "note", "problem"]
 _SHOWN: Final = 5
 _WITHOUT: Final = {1: "its rows have no digests", 2: "only its evaluations have digests"}
 """What runs of older formats lack."""
+_CHUNK: Final = 500
 _COPY: Final = "copy {0} and {0}-wal to a folder that can be written to"
 
 
@@ -146,11 +147,16 @@ def _counts(db: sqlite3.Connection, reader: RunReader, recover: str) -> Iterator
 
 
 def _evaluations(reader: RunReader, as_written: bool) -> Iterator[Finding]:
-    n = sum(1 for _ in reader.each_evaluation())
+    numbers = reader.numbers()
+    n = len(numbers)
+    for i in range(0, n, _CHUNK):
+        reader.evaluations(set(numbers[i : i + _CHUNK]))
     if n and as_written:
         known = " and are as they were written" if reader.format_version > 1 else ""
         yield Finding("ok", f"all {n} evaluations can be read{known}")
-    if reader.lacks_trajectories():
+    if reader.slimmed is not None:
+        yield Finding("note", "slimmed: of other robots it has the figures", "it can be viewed, not resumed")
+    elif reader.lacks_trajectories():
         yield Finding("note", "robots without a trajectory", "such a run can be viewed, not resumed")
 
 

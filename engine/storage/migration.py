@@ -1,4 +1,4 @@
-"""Copies of run files, in the present format. The file that is copied stays as it is.
+"""Copies of run files: in the present format, or slimmed. The file that is copied stays as it is.
 
 Every older format can be read, shown and resumed as it is. What a newer format adds, an old file gets only in
 a copy, when the user asks for one.
@@ -7,6 +7,7 @@ a copy, when the user asks for one.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import itertools
 import sqlite3
 import tempfile
@@ -14,11 +15,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from engine.config import to_json
 from engine.errors import RunFileError
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
+from engine.storage.rows import Slimmed
 from engine.storage.schema import FORMAT_VERSION, SUFFIX
-from engine.storage.writer import RunWriter, sync_folder, unwritable
+from engine.storage.writer import RunWriter, new_tables, sync_folder, unwritable
 
 _TOGETHER: Final = 200
 """Evaluations in one transaction."""
@@ -51,6 +54,70 @@ def migrate(path: Path, out: Path) -> int:
                         f"{path} was changed while it was copied; try again when no process writes it"
                     )
     return version
+
+
+def slim(path: Path, out: Path) -> Slimmed:
+    """Write a copy of a run that holds only the robots that the explorer shows.
+
+    These are all that were an elite at the end of a generation or lie in a deep cell now, their ancestors,
+    and the first robots. Of all others the figures are kept, so that maps, trends and counts are those of
+    the run.
+
+    Args:
+        path: of the run; only read.
+        out: of the file to create.
+
+    Returns:
+        What the copy says about itself.
+
+    Raises:
+        RunFileError: the run cannot be read, is slimmed already or being written, or ``out`` exists or cannot
+            be written.
+    """
+    with RunReader(path) as reader:
+        if reader.slimmed is not None:
+            raise RunFileError(f"{path} is slimmed already")
+        if reader.is_live:
+            raise RunFileError(f"{path} is being written; slim it when that has ended")
+        shown = _shown(reader)
+        slimmed = Slimmed(hash=reader.canonical_hash(), n_kept=len(shown))
+        meta = {
+            "config": to_json(reader.config),
+            "versions": reader.versions,
+            "created_at": reader.created_at,
+            "slimmed": dataclasses.asdict(slimmed),
+        }
+        if reader.projection is not None:
+            meta["projection"] = reader.projection
+        with new_run_file(out) as place, new_tables(place, meta) as tables:
+            records = reader.records()
+            tables.add_records(records, reader.origins({r.number for r in records}))
+            kept = sorted(shown)
+            for i in range(0, len(kept), _TOGETHER):
+                tables.add_details(list(reader.evaluations(set(kept[i : i + _TOGETHER])).values()))
+            for closed, changes in reader.recorded():
+                tables.add_generation(closed, changes)
+            if (state := reader.recorded_state()) is not None:
+                tables.set_state(*state)
+    return slimmed
+
+
+def _shown(reader: RunReader) -> set[int]:
+    """Return the numbers of the robots that the explorer shows, at any generation."""
+    last = reader.last_closed()
+    names = [] if last is None else list(last.archives)
+    shown = {n for name in names for _, _, n in reader.placement_changes(name) if n is not None}
+    shown |= {n for name in names for held in reader.members(name).values() for n in held}
+    for first in reader.generations()[:1]:
+        shown |= set(reader.first_robots(first))
+    parents = {r.number: r.parent for r in reader.records()}
+    line = list(shown)
+    while line:
+        parent = parents.get(line.pop())
+        if parent is not None and parent in parents and parent not in shown:
+            shown.add(parent)
+            line.append(parent)
+    return shown
 
 
 @contextlib.contextmanager

@@ -24,12 +24,14 @@ from engine.storage.layouts import tables_of
 from engine.storage.layouts.plain import to_row
 from engine.storage.layouts.tables import Change, Closed, Record, in_chunks, short
 from engine.storage.lock import is_being_written
-from engine.storage.rows import MAX_LINE, Ancestor, Generation, Summary
+from engine.storage.rows import MAX_LINE, Ancestor, Generation, Slimmed, Summary
 from engine.tasks import get_task, task_version
 
 MAX_FACTS: Final = 100
 MAX_FACT: Final = 2000
 """Facts about a run that are read, and characters of each: a stranger's file may have more."""
+_FIRST_ROBOTS: Final = 64
+"""Robots of the first generation that say whether two runs began with the same."""
 
 
 class RunReader:
@@ -59,6 +61,8 @@ class RunReader:
                 """What a projected run was made of, as ``RunWriter.create`` was told; None for others."""
                 self.versions: dict[str, str] = _strings(meta.get("versions", {}))
                 self.created_at = short(str(meta.get("created_at", "")), "the date")
+                self.slimmed = Slimmed.from_json(meta["slimmed"]) if "slimmed" in meta else None
+                """What is left in a slimmed run; None for others."""
         except TensAtlasError:
             self.close()
             raise
@@ -271,6 +275,11 @@ class RunReader:
         Raises:
             RunFileError: one does not exist or is damaged.
         """
+        if self.slimmed is not None and (gone := numbers - set(self.numbers())):
+            raise RunFileError(
+                f"{self.path} is slimmed and does not hold robot {min(gone)}, only its figures; take the run"
+                " that it was made from"
+            )
         with self.guard():
             found = {e.solution.number: self._checked(e) for _, e in self._tables.evaluations(numbers)}
         if missing := numbers - set(found):
@@ -322,13 +331,15 @@ class RunReader:
         """Yield the generation of every saved evaluation, and the evaluation, in the order of their numbers.
 
         Raises:
-            RunFileError: one is damaged or missing.
+            RunFileError: one is damaged or missing, or the run is slimmed.
         """
-        n = self.n_evaluations()
-        numbers = [r[0] for r in self._db.query("SELECT number FROM evaluations ORDER BY number")]
+        if self.slimmed is not None:
+            raise RunFileError(
+                f"{self.path} is slimmed: it holds {self.slimmed.n_kept} of {self.n_evaluations()} robots;"
+                " take the run that it was made from"
+            )
+        numbers = self.numbers()
         with self.guard():
-            if len(numbers) < n:
-                raise InvalidData(f"{n - len(numbers)} of {n} evaluations are missing")
             found = self._tables.evaluations(numbers)
         while True:
             with self.guard():
@@ -337,6 +348,33 @@ class RunReader:
                     return
                 self._checked(e)
             yield generation, e
+
+    def numbers(self) -> list[int]:
+        """Return the numbers of the evaluations whose robots it holds: all, unless it is slimmed.
+
+        Raises:
+            RunFileError: one is missing.
+        """
+        n = self.n_evaluations() if self.slimmed is None else self.slimmed.n_kept
+        table = "evaluations" if self.slimmed is None else "details"
+        found = [r[0] for r in self._db.query(f"SELECT number FROM {table} ORDER BY number")]
+        with self.guard():
+            if len(found) < n:
+                raise InvalidData(f"{n - len(found)} of {n} evaluations are missing")
+        return found
+
+    def first_robots(self, first: Generation) -> list[int]:
+        """Return the numbers of some robots of the first generation, by which runs are told apart."""
+        return sorted(self.summaries(set(range(first.n_evaluations))))[:_FIRST_ROBOTS]
+
+    def records(self) -> list[Record]:
+        """Return every evaluation without its controller, distances and trajectory, in order."""
+        n = self.n_evaluations()
+        with self.guard():
+            found = self._tables.records("1", ())
+            if len(found) < n:
+                raise InvalidData(f"{n - len(found)} of {n} evaluations are missing")
+        return found
 
     def origins(self, numbers: set[int]) -> dict[int, Origin]:
         """Return what computed each evaluation, as far as that is known, by number."""
@@ -371,8 +409,11 @@ class RunReader:
     def canonical_hash(self) -> str:
         """Return the SHA-256 of everything that equal runs share: no dates, times or versions.
 
-        It is that of the values that format 1 held, whatever the format.
+        It is that of the values that format 1 held, whatever the format. A slimmed run has that of the run it
+        was made from.
         """
+        if self.slimmed is not None:
+            return self.slimmed.hash
         digest = hashlib.sha256(compact_json(to_json(self.config)).encode())
         for generation, e in self.each_evaluation():
             row = [v.hex() if isinstance(v, bytes) else v for v in to_row(generation, e)]

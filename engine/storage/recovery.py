@@ -72,6 +72,8 @@ def recover(path: Path, out: Path, *, like: Path | None = None) -> Recovered:
     if out.exists():
         raise RunFileError(f"{out} exists; choose another name for what is saved")
     tables = SalvagedTables(path)
+    if "slimmed" in tables.meta:
+        raise RunFileError(f"{path} is slimmed; recover the run it was made from, or slim that one again")
     config, versions = tables.configuration(like)
     evaluations = tables.check_evaluations(config)
     if not evaluations:

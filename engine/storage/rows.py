@@ -105,6 +105,31 @@ class Summary:
     morphology: Morphology
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Slimmed:
+    """What a slimmed run says about itself.
+
+    Attributes:
+        hash: of the run that it was made from.
+        n_kept: robots that it holds; of all others it has the figures alone.
+    """
+
+    hash: str
+    n_kept: int
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read it back from its fields.
+
+        Raises:
+            InvalidData: they are others.
+        """
+        match data:
+            case {"hash": str(run), "n_kept": int(n)} if len(data) == 2:
+                return cls(run, n)
+        raise InvalidData("what it says of being slimmed is not as expected")
+
+
 def _axis(data: Any) -> Axis:
     name = short(str(data["name"]), "an axis's name")
     axis = Axis(name, finite(data["lower"]), finite(data["upper"]), int(data["n"]))

@@ -87,21 +87,15 @@ class RunWriter:
             # what a killed process may have left beside a file that is gone: SQLite would replay it
             for suffix in (".part", ".part-journal", "-wal", "-shm"):
                 path.with_name(path.name + suffix).unlink(missing_ok=True)
-            with contextlib.closing(sqlite3.connect(part, isolation_level=None)) as db:
-                db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
-                db.execute(f"PRAGMA application_id={APPLICATION_ID}")
-                db.execute(f"PRAGMA user_version={FORMAT_VERSION}")
-                meta = {
-                    "config": to_json(config),
-                    "versions": dict(versions),
-                    "created_at": created_at or _now(),
-                }
-                if projection is not None:
-                    meta["projection"] = dict(projection)
-                db.row_factory = sqlite3.Row
-                tables = CompactTables(lambda sql, parameters=(): db.execute(sql, parameters).fetchall())
-                tables.create({key: json.dumps(value) for key, value in meta.items()})
-                db.execute("COMMIT")
+            meta = {
+                "config": to_json(config),
+                "versions": dict(versions),
+                "created_at": created_at or _now(),
+            }
+            if projection is not None:
+                meta["projection"] = dict(projection)
+            with new_tables(part, meta):
+                pass
             # a reader never sees a half-made file
             part.replace(path)
             sync_folder(path)
@@ -278,6 +272,25 @@ class RunWriter:
             f"{text}; what was finished is saved in {saved}:"
             f" continue with 'tensatlas resume {as_typed(saved)}'"
         )
+
+
+@contextlib.contextmanager
+def new_tables(path: Path, meta: Mapping[str, Any]) -> Iterator[CompactTables]:
+    """Make a run file and give its tables, to be filled in one transaction.
+
+    Args:
+        path: of the file.
+        meta: facts about the whole run, JSON-ready, by key.
+    """
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.executescript("PRAGMA page_size=4096; BEGIN;" + TABLES)
+        db.execute(f"PRAGMA application_id={APPLICATION_ID}")
+        db.execute(f"PRAGMA user_version={FORMAT_VERSION}")
+        db.row_factory = sqlite3.Row
+        tables = CompactTables(lambda sql, parameters=(): db.execute(sql, parameters).fetchall())
+        tables.create({key: json.dumps(value) for key, value in meta.items()})
+        yield tables
+        db.execute("COMMIT")
 
 
 def sync_folder(path: Path) -> None:

@@ -71,6 +71,8 @@ def test_attack(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
         "lines on the terminal",
         "pipes among the runs",
         "end by SIGTERM",
+        "the largest networks",
+        "clicked and been closed",
     ):
         assert figure in out
     assert status == int("a figure falls short" in out)

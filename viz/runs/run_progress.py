@@ -27,7 +27,7 @@ def duration(seconds: float) -> str:
     return f"{days} days {hours} h" if hours else f"{days} days"
 
 
-def render(n: int, budget: int, *, speed: float | None, n_failed: int) -> str:
+def render(n: int, budget: int, *, speed: float | None, n_failed: int, n_kept: int | None = None) -> str:
     """Return how far a run is.
 
     Args:
@@ -35,6 +35,7 @@ def render(n: int, budget: int, *, speed: float | None, n_failed: int) -> str:
         budget: evaluations that it will hold.
         speed: in evaluations per second; None if it is not known or the run is not live.
         n_failed: evaluations with a failed simulation.
+        n_kept: robots that a slimmed run holds; None for others.
     """
     parts = [f"{n:,} of {budget:,} evaluations"]
     if speed is not None:
@@ -42,6 +43,8 @@ def render(n: int, budget: int, *, speed: float | None, n_failed: int) -> str:
         parts += [rate, f"{duration((budget - n) / speed)} left"]
     if n_failed:
         parts.append(f"{n_failed:,} failed")
+    if n_kept is not None:
+        parts.append(f"slimmed: it holds {n_kept:,} robots and cannot be resumed")
     return f'<div class="ta-progress" style="{_LINE};opacity:.85">{" · ".join(parts)}</div>'
 
 

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
 
 from engine.analysis.comparison.measures import TRENDS
 from engine.analysis.elite_maps import (
@@ -28,9 +27,6 @@ from engine.search.axes import body_axes
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from engine.tasks import get_task
-
-_FIRST_ROBOTS: Final = 64
-"""Random robots by which runs are compared."""
 
 
 class NothingToCompareError(RunFileError):
@@ -250,8 +246,7 @@ def _points(reader: RunReader, generations: list[Generation], limit: float) -> t
 
 def _first_robots(reader: RunReader, first: Generation) -> frozenset[str]:
     """Return digests of the genotypes of random robots; some are enough to tell whether runs share them."""
-    numbers = sorted(reader.summaries(set(range(first.n_evaluations))))[:_FIRST_ROBOTS]
-    solutions = (e.solution for e in reader.evaluations(set(numbers)).values())
+    solutions = (e.solution for e in reader.evaluations(set(reader.first_robots(first))).values())
     return frozenset(
         hashlib.sha256(compact_json([s.morphology.to_json(), s.controller.to_json()]).encode()).hexdigest()
         for s in solutions

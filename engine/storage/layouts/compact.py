@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import json
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -233,14 +233,25 @@ class CompactTables:
     ) -> None:
         """Save evaluations of a generation."""
         known = {e.solution.number: o for e, o in zip(evaluations, origins, strict=False) if o is not None}
+        self.add_records([Record.of(generation, e) for e in evaluations], known)
+        self.add_details(evaluations)
+
+    def add_records(self, records: Sequence[Record], origins: Mapping[int, Origin]) -> None:
+        """Save what is not large of evaluations, and what computed them, by number."""
+        for r in records:
+            self._insert("evaluations", self._to_row(r, origins.get(r.number)))
+        totals = self._totals()
+        self._set(totals, n_evaluations=totals.n_evaluations + len(records))
+
+    def add_details(self, evaluations: Sequence[Evaluation]) -> None:
+        """Save controllers, distances and trajectories of evaluations."""
         for e in evaluations:
             base, controller = self._bases.choose(e.solution)
-            self._insert("evaluations", self._to_row(generation, e, known.get(e.solution.number)))
             distances = varint(len(e.distances)) + e.distances.astype("<f8").tobytes()
             trajectory = trajectories.encode(e.trajectory)
             self._insert("details", (e.solution.number, base, controller, distances, trajectory))
-        totals, n = self._totals(), len(evaluations)
-        self._set(totals, n_evaluations=totals.n_evaluations + n, n_details=totals.n_details + n)
+        totals = self._totals()
+        self._set(totals, n_details=totals.n_details + len(evaluations))
 
     def add_generation(self, closed: Closed, changes: Sequence[Change]) -> None:
         """Save a closed generation and its changes of maps."""
@@ -258,19 +269,18 @@ class CompactTables:
         self._set(self._totals(), n_states=1)
         self._insert("state", (1, generation, packed(algorithm)))
 
-    def _to_row(self, generation: int, e: Evaluation, origin: Origin | None) -> tuple[Any, ...]:
-        s = e.solution
+    def _to_row(self, r: Record, origin: Origin | None) -> tuple[Any, ...]:
         seconds = None if origin is None else origin.seconds
         return (
-            s.number,
-            generation,
-            body_text(s.morphology),
-            s.parent,
-            s.operator,
-            s.source,
-            e.fitness,
-            int(e.head_is_end),
-            e.failure,
+            r.number,
+            r.generation,
+            body_text(r.morphology),
+            r.parent,
+            r.operator,
+            r.source,
+            r.fitness,
+            int(r.head_is_end),
+            r.failure,
             None if origin is None else self._computer(origin.computer),
             None if seconds is None else round(1e6 * seconds),
         )
@@ -278,16 +288,15 @@ class CompactTables:
     def _computer(self, computer: Computer) -> int:
         """Count an evaluation of a computer and return its number."""
         facts = json.dumps(dataclasses.asdict(computer), sort_keys=True)
-        known = self._query("SELECT id, n_evaluations FROM computers WHERE facts = ?", (facts,))
-        if known:
-            number, n = known[0]
-        else:
-            (number,) = self._query("SELECT COALESCE(MAX(id), 0) + 1 FROM computers")[0]
-            n = 0
-            totals = self._totals()
-            self._set(totals, n_computers=totals.n_computers + 1)
-        self._insert("computers", (number, facts, n + 1))
-        return int(number)
+        known = self._computers()
+        for number, row in known.items():
+            if row["facts"] == facts:
+                self._insert("computers", (number, facts, row["n_evaluations"] + 1))
+                return number
+        number = 1 + max(known, default=0)
+        self._insert("computers", (number, facts, 1))
+        self._set(self._totals(), n_computers=len(known) + 1)
+        return number
 
     def _set(self, totals: _Totals, **changes: int) -> None:
         self._insert("totals", (1, *dataclasses.astuple(dataclasses.replace(totals, **changes))))

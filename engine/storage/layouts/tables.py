@@ -8,7 +8,7 @@ import math
 import sqlite3
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
@@ -74,6 +74,22 @@ class Record:
         fitness = self.fitness
         if fitness is not None and not (isinstance(fitness, float) and math.isfinite(fitness)):
             raise InvalidData(f"fitness must be a finite number, not {fitness!r}")
+
+    @classmethod
+    def of(cls, generation: int, e: Evaluation) -> Self:
+        """Return the record of an evaluation."""
+        s = e.solution
+        return cls(
+            s.number,
+            generation,
+            s.morphology,
+            s.parent,
+            s.operator,
+            s.source,
+            e.fitness,
+            e.head_is_end,
+            e.failure,
+        )
 
     def evaluation(self, controller: Controller, distances: np.ndarray, trajectory: np.ndarray) -> Evaluation:
         """Return the evaluation, once the rest of it is known.

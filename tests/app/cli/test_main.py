@@ -99,7 +99,7 @@ def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
     commands = "explore evolve resume campaign info export record replay-dump verify reevaluate compare"
-    commands += " table project doctor recover migrate"
+    commands += " table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
 

@@ -1,5 +1,6 @@
-"""``recover`` and ``migrate`` as a user types them."""
+"""``recover``, ``migrate`` and ``slim`` as a user types them."""
 
+import json
 import shutil
 
 from engine.storage.reader import RunReader
@@ -24,3 +25,20 @@ def test_recover_and_migrate(tensatlas, small_run, tmp_path):
     assert (status, "is left in format 1" in err) == (0, True)
     with RunReader(tmp_path / "copy.tsmr") as reader:
         assert reader.format_version == 3
+
+
+def test_slim(tensatlas, small_run, tmp_path):
+    out = tmp_path / "slim.tsmr"
+    status, _, err = tensatlas("slim", small_run, "--out", out)
+    assert status == 0
+    with RunReader(out) as reader:
+        n = reader.slimmed.n_kept
+    assert f"Wrote {out} with {n} robots: " in err
+    assert f"tensatlas explore {out}" in err
+    status, text, _ = tensatlas("info", out)
+    assert f"it holds {n} robots, all that the explorer shows" in text
+    assert json.loads(tensatlas("info", "--json", out)[1])["slimmed"] == {"robots": n}
+    assert json.loads(tensatlas("info", "--json", small_run)[1])["slimmed"] is None
+    status, _, err = tensatlas("resume", out)
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "is slimmed and cannot be resumed" in err

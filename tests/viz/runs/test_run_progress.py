@@ -27,6 +27,9 @@ def test_progress_speed_and_failures_are_said_if_there_are_any() -> None:
         "1,200 of 45,000 evaluations · 30.0 per min · 24 h 20 min left · 3 failed"
     )
     assert _text(render(5, 10, speed=None, n_failed=0)) == "5 of 10 evaluations"
+    assert _text(render(5, 10, speed=None, n_failed=0, n_kept=3)) == (
+        "5 of 10 evaluations · slimmed: it holds 3 robots and cannot be resumed"
+    )
 
 
 def test_what_a_log_or_a_file_name_says_is_escaped() -> None:
