@@ -267,7 +267,7 @@ def opening(server: ServerProcess, evaluations: int) -> list[Row]:
 def updating(folder: Path, evaluations: int, n: int) -> list[Row]:
     """Add generations to a run that a browser watches."""
     path = folder / "live.tsmr"
-    config = replaced(preset("paper"), evaluations=evaluations, initial=min(1080, evaluations // 2))
+    config = replaced(preset("atlas"), evaluations=evaluations, initial=min(1080, evaluations // 2))
     with SyntheticRun(path, config) as run:
         run.add_generation()
         with explorer([path], folder) as server, SyntheticBrowser(server.address) as browser:

@@ -36,6 +36,7 @@ from engine.body.morphology import Morphology
 from engine.simulation.kernel import guard
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.lanes import simd
+from engine.simulation.kernel.physics.model import model_of
 from engine.simulation.kernel.physics.state import N_COUPLED, N_SWEEPS, State, new_state
 from engine.simulation.kernel.physics.walls import place_walls
 from engine.simulation.kernel.step import run
@@ -116,9 +117,10 @@ def _median(costs: Sequence[Cost]) -> Cost:
 def _compile_time(n: int) -> float:
     """Return the CPU seconds of the first step."""
     robot = build_robot(Morphology(5, (1,) * n), PHYSICS)
-    state = new_state(guard.read_robot(robot), width=LANES)
+    model = model_of([guard.read_robot(robot)] * LANES)
+    state = new_state(model)
     start = time.process_time()
-    run(guard.read_robot(robot), state, 1)
+    run(model, state, 1)
     return time.process_time() - start
 
 
@@ -127,7 +129,7 @@ def _cost(a: Arguments, n: int, k: int, walls: Sequence[Wall]) -> Cost:
     rng = random.Random(a.seed + 100 * n + k)
     faces = tuple(rng.randint(1, 8) for _ in range(n))
     robot = build_robot(Morphology(STIFFNESS_LEVELS[k % len(STIFFNESS_LEVELS)], faces), PHYSICS)
-    model = guard.read_robot(robot)
+    model = model_of([guard.read_robot(robot)] * LANES)
     state = _settled(robot, walls)
     simulators: list[Callable[[np.ndarray], None]] = [
         _Mujoco(with_walls(robot, walls), state, solver).step
@@ -156,8 +158,8 @@ def _timed(step: Callable[[np.ndarray], None], lengths: np.ndarray) -> float:
 
 def _settled(robot: RobotModel, walls: Sequence[Wall]) -> State:
     """Return lanes of one robot after 3 s with its servos off, then with walls around it."""
-    model = guard.read_robot(robot)
-    state = new_state(model, width=LANES, n_walls=len(walls))
+    model = model_of([guard.read_robot(robot)] * LANES)
+    state = new_state(model, n_walls=len(walls))
     simd.by_lane(state.rods).reshape(-1, 13, LANES)[:, :7] = robot.model.qpos0.reshape(-1, 7)[..., None]
     simd.by_lane(state.commanded)[:] = 1.0
     for lane in range(LANES):

@@ -224,15 +224,16 @@ def _pool(workers: Workers, config: RunConfig, solutions: list[Solution]) -> tup
 
 def _cluster(n_workers: int, a: Arguments) -> None:
     paper = preset("paper")
+    sizes = paper.map_search
     print(
-        f"\n{n_workers} simulated workers, {paper.initial} random robots and {a.generations} generations of"
-        f" {paper.batch_size}, eight trials each\n"
+        f"\n{n_workers} simulated workers, {sizes.initial} random robots and {a.generations} generations of"
+        f" {sizes.batch_size}, eight trials each\n"
         "overlap  under way  evaluations/h  workers busy  command busy  hours for 45,000"
     )
     for per_worker in a.overlaps:
-        overlap = math.ceil(max(per_worker * n_workers / paper.batch_size - 1, 0))
+        overlap = math.ceil(max(per_worker * n_workers / sizes.batch_size - 1, 0))
         config = dataclasses.replace(
-            paper, evaluations=paper.initial + a.generations * paper.batch_size, overlap=overlap
+            paper, evaluations=sizes.initial + a.generations * sizes.batch_size, overlap=overlap
         )
         workers = SimulatedWorkers(n_workers)
         after: dict[str, float] = {}
@@ -246,13 +247,13 @@ def _cluster(n_workers: int, a: Arguments) -> None:
         with tempfile.TemporaryDirectory() as folder:
             run.evolve(Path(folder) / "run.tsmr", config, workers=workers, observer=remember)
         searched = workers.now - after["now"]
-        rate = a.generations * paper.batch_size / searched
+        rate = a.generations * sizes.batch_size / searched
         mean = workers.busy / config.evaluations
         print(
-            f"{overlap:7}  {(overlap + 1) * paper.batch_size:9}  {3600 * rate:13.0f}"
+            f"{overlap:7}  {(overlap + 1) * sizes.batch_size:9}  {3600 * rate:13.0f}"
             f"  {rate * mean / n_workers:12.0%}"
             f"  {1 - (workers.waiting - after['waiting']) / searched:12.0%}"
-            f"  {(45_000 - paper.initial) / rate / 3600 + after['now'] / 3600:16.2f}",
+            f"  {(45_000 - sizes.initial) / rate / 3600 + after['now'] / 3600:16.2f}",
             flush=True,
         )
 

@@ -136,7 +136,7 @@ def write_run(
     modules: int | None = None,
     controllers: Sequence[Controller] | None = None,
 ) -> RunConfig:
-    """Write a finished run with the trials of the published experiment.
+    """Write a finished run with trials as long and as many as the published ones.
 
     Args:
         path: of the run file, which must not exist.
@@ -145,7 +145,7 @@ def write_run(
         modules: of every robot; None for 2 to 10.
         controllers: that the robots have; None for evolved ones.
     """
-    config = replaced(preset("paper"), evaluations=evaluations, initial=min(initial, evaluations))
+    config = replaced(preset("atlas"), evaluations=evaluations, initial=min(initial, evaluations))
     with SyntheticRun(path, config, modules=modules, controllers=controllers) as run:
         while run.n_evaluations < evaluations:
             run.add_generation()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import functools
 import sys
 import typing
+from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal
 
 from engine.body.morphology import HeadSearch, StiffnessMode
@@ -33,6 +35,10 @@ _MAP_SEARCHES: Final[dict[str, type[MapSearch]]] = {
     "map-elites-2d": MorphologyMapElites,
     "random": RandomSearch,
 }
+
+
+MAX_EVALUATIONS: Final = 10_000_000
+"""200 times the published number; what counts evaluations stays within a machine's memory."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +83,8 @@ class RunConfig:
 
     def __post_init__(self) -> None:
         get_task(self.task)
+        if self.evaluations > MAX_EVALUATIONS:
+            raise InvalidData(f"evaluations must be at most {MAX_EVALUATIONS}, not {self.evaluations:.6g}")
         if self.algorithm == "vie-neat":
             self.vie_neat.check_budget(self.evaluations)
         else:
@@ -224,6 +232,11 @@ _BEFORE: Final[dict[type, dict[str, Any]]] = {
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 
 
+def _known(name: str, names: Sequence[str]) -> str:
+    alike = difflib.get_close_matches(name, names, n=1)
+    return f"did you mean {alike[0]}?" if alike else f"known are {', '.join(names)}"
+
+
 def _read(kind: Any, value: Any, where: str) -> Any:
     if dataclasses.is_dataclass(kind):
         kind = typing.cast(type, kind)
@@ -232,8 +245,8 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         names = [n for name in hints for n in inline.get(name, [name])]
         if not isinstance(value, dict):
             raise InvalidData(f"{where}: expected a table of {', '.join(names)}")
-        if unknown := sorted(set(map(str, value)) - set(names)):
-            raise InvalidData(f"{where}: unknown {unknown[0]!r}; known are {', '.join(names)}")
+        if unknown := set(value) - set(names):
+            raise InvalidData(f"{where}: unknown {min(unknown)!r:.60}; {_known(min(unknown), names)}")
         # a field that is newer than the file has the value that leaves the run as it was
         value = _BEFORE.get(kind, {}) | value
         fields = {k: _read(hints[k], v, f"{where}.{k}") for k, v in value.items() if k in hints}

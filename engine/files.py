@@ -9,7 +9,9 @@ import csv
 import errno
 import io
 import json
+import math
 import os
+import re
 import stat
 import struct
 import tomllib
@@ -17,7 +19,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
 from engine.errors import UNEXPECTED_DATA, InvalidData
 
@@ -39,10 +41,25 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV; every row ends its line, and None leaves a field empty."""
+    """Return rows as CSV; every row ends its line, and None leaves a field empty.
+
+    A spreadsheet would compute a text that begins like a formula, and it may be a stranger's: such a text
+    gets an apostrophe before it. Numbers stay as they are, also those that are text already. Lines end alike.
+    """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows([map(_inert, row) for row in rows])
     return text.getvalue()
+
+
+def _inert(value: object) -> object:
+    if not isinstance(value, str) or _NUMBER.fullmatch(value):
+        return value
+    return _FORMULA.sub(r"\1'", re.sub(r"\r\n?", "\n", value))
+
+
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_FORMULA: Final = re.compile(r"(^|[;\t]\s*)(?=[=+@\t\n-])")
+"""Before what a spreadsheet takes for a formula, where a field begins: some take ``;`` for its end, too."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -140,6 +157,22 @@ def read_zip(content: bytes, limits: Mapping[str, int]) -> dict[str, bytes]:
             return files
     except _DAMAGE as e:
         raise InvalidData(f"it is damaged: {e}") from None
+
+
+def readable_json(value: Any) -> str:
+    """Return JSON for people and programs; a number that is not finite is null."""
+
+    def finite(part: Any) -> Any:
+        match part:
+            case dict():
+                return {k: finite(v) for k, v in part.items()}
+            case list() | tuple():
+                return [finite(v) for v in part]
+            case float() if not math.isfinite(part):
+                return None
+        return part
+
+    return json.dumps(finite(value), indent=2, allow_nan=False)
 
 
 def compact_json(value: Any) -> str:

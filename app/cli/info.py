@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from rich.console import Console
 
 from engine.analysis.profile import Profile, threshold
 from engine.config import to_json
+from engine.files import readable_json
 from engine.runs.described import describe
 from engine.simulation.provenance import differing
 from engine.storage.reader import RunReader
@@ -45,7 +45,7 @@ class Info:
             if self.json:
                 facts["config"] = to_json(reader.config)
                 facts["hash"] = reader.canonical_hash()
-                print(json.dumps(facts, indent=2))
+                print(readable_json(facts))
                 return
             lines = list(_lines(reader, facts))
         out = Console(highlight=False, soft_wrap=True)

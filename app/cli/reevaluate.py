@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from engine.analysis.reevaluation import reevaluate
 from engine.analysis.robustness import MapRobustness, robust_path
 from engine.analysis.run_files import run_files
 from engine.errors import as_typed, printable
+from engine.files import readable_json
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class Reevaluate:
             if not self.json:
                 self._print(run, maps, console, several=len(runs) > 1)
         if self.json:
-            print(json.dumps(facts, indent=2))
+            print(readable_json(facts))
 
     def _reevaluate(self, run: Path, console: Console) -> list[MapRobustness]:
         try:

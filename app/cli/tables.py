@@ -12,19 +12,22 @@ from rich.console import Console
 from app.cli.progress import counting
 from app.worker_flags import check_workers
 from engine.analysis.elite_table import elite_table, write_table
+from engine.analysis.evaluation_table import evaluation_table
 from engine.analysis.projection_run import UP, project_run
-from engine.errors import as_typed
+from engine.errors import InvalidData, as_typed
 from engine.storage.reader import RunReader
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Table:
-    """Write a run's elites as a table, with pyribs' column names."""
+    """Write a run's elites, or all its evaluations, as a table with pyribs' column names."""
 
     path: tyro.conf.Positional[Path]
     """Run file."""
     archive: str | None = None
     """The only archive to write; without it, all, told apart by the column ``archive``."""
+    all: bool = False
+    """Write every evaluation instead of the elites."""
     out: Path
     """File to write, *.csv or *.parquet."""
 
@@ -32,13 +35,17 @@ class Table:
         """Write the table.
 
         Raises:
+            InvalidData: both all evaluations and one archive are asked for.
             RunFileError: the run cannot be read or has no such archive.
             ExportError: the file's name ends in something else, or it cannot be written.
         """
+        if self.all and self.archive is not None:
+            raise InvalidData("--all writes every evaluation; leave out --archive")
         with RunReader(self.path) as reader:
-            table = elite_table(reader, self.archive)
+            table = evaluation_table(reader) if self.all else elite_table(reader, self.archive)
         write_table(table, self.out)
-        console.print(f"Wrote {len(table['index'])} elites to {as_typed(self.out)}", markup=False)
+        n, what = len(table["evaluation"]), "evaluations" if self.all else "elites"
+        console.print(f"Wrote {n} {what} to {as_typed(self.out)}", markup=False)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

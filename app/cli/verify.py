@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from app.worker_flags import check_workers
 from engine.analysis.verify import Motion, Samples, Verification, changed_physics, verify
 from engine.config import RunConfig
 from engine.errors import printable
+from engine.files import readable_json
 from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Simulator
@@ -77,7 +77,7 @@ class Verify:
             n_threads=self.workers,
         )
         if self.json:
-            print(json.dumps(_facts(self, config, found), indent=2))
+            print(readable_json(_facts(self, config, found)))
         else:
             _print(self, config, found)
 

@@ -24,10 +24,13 @@ class Actions:
     Args:
         client: the browser, which gets the notices.
         lanes: of the browser.
+        told: returns what the user is told of a text: visitors need not know all.
     """
 
-    def __init__(self, client: viser.ClientHandle, lanes: Lanes) -> None:
-        self._client, self._lanes = client, lanes
+    def __init__(
+        self, client: viser.ClientHandle, lanes: Lanes, told: Callable[[str], str] = lambda text: text
+    ) -> None:
+        self._client, self._lanes, self._told = client, lanes, told
         self.mutex = threading.RLock()
         """Held by an action that excludes the others."""
         self.closed = False
@@ -35,7 +38,8 @@ class Actions:
 
     def notify(self, title: str, body: str, *, stays: bool = False) -> None:
         """Show a notice for a few seconds, or until the user closes it."""
-        self._client.add_notification(title, body, auto_close_seconds=None if stays else 6.0)
+        shown = self._told(body)
+        self._client.add_notification(title, shown, auto_close_seconds=None if stays else 6.0)
 
     def put(self, kind: Hashable, action: Callable[[], None]) -> None:
         """Have a guarded action done after those that wait, in place of one of its kind among them."""

@@ -6,10 +6,12 @@ import contextlib
 import dataclasses
 import functools
 import logging
+import tempfile
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from app.runs.run_names import without_folders
 from app.runs.time_limit import TimeLimit
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
@@ -169,6 +171,14 @@ class Library:
             date=reader.created_at[:10],
             state=run_state(path, live=live, complete=n >= budget),
         )
+
+    def for_visitors(self, text: str) -> str:
+        """Return a text without the folders of this machine that it names."""
+        with self._mutex:
+            known = [path.parent for path in self._readers]
+        places = [p.absolute() for p in (*self._places, NEW_RUNS, UPLOADS, *known)]
+        folders = {*places, *(p.parent for p in places), Path.cwd(), Path.home(), Path(tempfile.gettempdir())}
+        return without_folders(text, folders)
 
     def watch(self, key: object, path: Path, listener: Listener, shown: RunStatus) -> None:
         """Call a listener whenever a run advances beyond what is shown; a key has one watch at a time."""

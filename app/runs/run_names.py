@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Final
 
 from engine.errors import printable
+
+_FOLDERS: Final = re.compile(r"(?<![\w./~])/(?:[^/\s'\"`,;:()<>]+/)+")
+"""Folders of an absolute path, up to the name at its end."""
 
 
 def label_paths(paths: Sequence[Path]) -> dict[str, Path]:
@@ -35,6 +40,19 @@ def find_run(name: str, paths: Sequence[Path]) -> Path | None:
     end = tuple(part for part in name.removesuffix(".tsmr").split("/") if part)
     ways = [end[-n:] for n in range(len(end), 0, -1)]
     return next((p for way in ways for p in paths if _parts(p)[-len(way) :] == way), None)
+
+
+def without_folders(text: str, folders: Iterable[Path]) -> str:
+    """Return a text for visitors: they need not know where the files lie that it names.
+
+    Args:
+        text: of an error.
+        folders: that may be in it; others are found by their form, as far as they have no spaces.
+    """
+    for folder in sorted(map(str, folders), key=len, reverse=True):
+        if len(folder) > 1:
+            text = text.replace(f"{folder}/", "").replace(folder, "its folder")
+    return _FOLDERS.sub("", text)
 
 
 def _parts(path: Path) -> tuple[str, ...]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -27,6 +29,7 @@ from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader, changed_versions
+from viz.runs.run_list import RunFacts
 
 GIVING_UP: Final = 0.5
 """Seconds between two looks whether growth is still wanted, while its next step waits for its turn."""
@@ -55,15 +58,21 @@ class Session:
         self._library = library
         self._run, self._wanted_generation = ShownRun(), 0
         choice = Choice()
-        self._actions = actions = Actions(client, lanes)
+        told: Callable[[str], str] = library.for_visitors if read_only else str
+
+        def facts(path: Path) -> RunFacts:
+            found = library.facts(path)
+            return dataclasses.replace(found, problem=found.problem and told(found.problem))
+
+        self._actions = actions = Actions(client, lanes, told)
         guarded = actions.guarded
-        self._archives = ArchivesPanel(client, library.facts)
+        self._archives = ArchivesPanel(client, facts)
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
         self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
-        self._compare = ComparePanel(client, self._archives.panel, library.facts, actions)
+        self._compare = ComparePanel(client, self._archives.panel, facts, actions)
         self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
             client,

@@ -7,7 +7,8 @@ Read in this order:
 - ``profile``: how many cells hold a robot that is good for something.
 - ``steering``: which controllers tell left from right.
 - ``comparison/``: runs side by side.
-- ``elite_table``: a run's elites as a table with pyribs' column names.
+- ``elite_table``: a run's elites as a table with pyribs' column names. ``evaluation_table``: every evaluation
+  as one, and genotypes read back.
 - ``projection_run``: a projection as a new run file.
 - ``verify``: one robot simulated again, with other noise or physics.
 - ``reevaluation``: a run's elites evaluated again. ``robustness``: how much of a map was luck.

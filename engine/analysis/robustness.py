@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
-import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,6 +21,7 @@ import numpy as np
 from engine.analysis.elite_maps import EliteMap
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
 from engine.files import open_file
+from engine.storage.layouts.tables import score
 from engine.storage.reader import RunReader
 
 FORMAT: Final = 1
@@ -264,6 +264,6 @@ def _count(text: Any) -> int:
 
 
 def _fitness(value: Any) -> float:
-    if type(value) not in (int, float) or not math.isfinite(value):
-        raise InvalidData(f"expected a finite number, not {value!r}")
-    return float(value)
+    if type(value) not in (int, float):
+        raise InvalidData(f"expected a number, not {value!r}")
+    return score(value)

@@ -15,6 +15,7 @@ import numpy as np
 
 from engine.body.morphology import Morphology
 from engine.control.genome import Controller
+from engine.errors import printable
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults
@@ -229,5 +230,6 @@ class LocalEvaluator:
             distances=distances,
             trajectory=rounded(paths.mean(axis=1), self._trials.trajectory_bits),
             head_is_end=head.is_end,
-            failure=failure,
+            # the note may name a file, whose name may be any bytes
+            failure=failure and printable(failure),
         )

@@ -14,7 +14,7 @@ from typing import Any, Final, Self
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.errors import InvalidData
+from engine.errors import InvalidData, one_line
 from engine.simulation.model import build_spec
 from engine.simulation.physics import Physics, Simulator
 from engine.tasks import task_version
@@ -55,7 +55,7 @@ class Computer:
         names = [f.name for f in dataclasses.fields(cls)]
         if not isinstance(data, dict) or not all(isinstance(data.get(n), str) for n in names):
             raise InvalidData(f"a computer is described by {', '.join(names)}")
-        return cls(**{n: data[n][:MAX_TEXT] for n in names})
+        return cls(**{n: one_line(data[n][:MAX_TEXT]) for n in names})
 
     def __str__(self) -> str:
         simd = self.simd or "unknown instruction sets"

@@ -172,7 +172,7 @@ def start_trials(
         times: how long settling and head search last, and how networks are evaluated.
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
-        observer: sees the robots settle; the kernel shows it one robot after the other.
+        observer: sees the robots settle; the kernel shows it those that share a vector.
     """
     robots = build_robots(morphologies, physics)
     controllers = [driving(c, times) for c in controllers]

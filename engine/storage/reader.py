@@ -22,7 +22,7 @@ from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
 from engine.storage.layouts import tables_of
 from engine.storage.layouts.plain import to_row
-from engine.storage.layouts.tables import Change, Closed, Record, in_chunks, short
+from engine.storage.layouts.tables import Change, Closed, Record, count, in_chunks, short
 from engine.storage.lock import is_being_written
 from engine.storage.rows import MAX_LINE, Ancestor, Generation, Slimmed, Summary
 from engine.tasks import get_task, task_version
@@ -93,12 +93,13 @@ class RunReader:
     def last_generation(self) -> int | None:
         """Return the number of the last closed generation, or None if there is none yet."""
         with self.guard():
-            return self._tables.last_generation()
+            last = self._tables.last_generation()
+            return None if last is None else count(last)
 
     def n_evaluations(self) -> int:
         """Return the number of saved evaluations, those of an open generation included."""
         with self.guard():
-            return self._tables.n_evaluations()
+            return count(self._tables.n_evaluations())
 
     def generations(self, after: int = -1) -> list[Generation]:
         """Return the closed generations with a greater number, in order."""

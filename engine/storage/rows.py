@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from typing import Any, Final, Self
 
 from engine.body.morphology import Morphology
@@ -14,7 +13,7 @@ from engine.search.archive import GridArchive
 from engine.search.axes import Axis
 from engine.search.map_search import MAX_CELLS
 from engine.simulation.evaluation import Evaluation
-from engine.storage.layouts.tables import Closed, Record, short
+from engine.storage.layouts.tables import Closed, Record, figure, short
 
 MAX_ARCHIVES: Final = 16
 """Archives of a run; algorithms have two at the most."""
@@ -50,10 +49,10 @@ class ArchiveFigures:
                 has another form altogether.
         """
         return cls(
-            best=None if data["best"] is None else finite(data["best"]),
-            mean=None if data["mean"] is None else finite(data["mean"]),
-            qd_score=finite(data["qd_score"]),
-            coverage=finite(data["coverage"]),
+            best=None if data["best"] is None else figure(data["best"]),
+            mean=None if data["mean"] is None else figure(data["mean"]),
+            qd_score=figure(data["qd_score"]),
+            coverage=figure(data["coverage"]),
             axes=tuple(map(_axis, data["axes"])),
         )
 
@@ -82,7 +81,9 @@ class Generation:
         Raises:
             InvalidData: as ``ArchiveFigures.from_json``, and as it others.
         """
-        archives = json.loads(short(closed.archives, "the figures of a generation", MAX_FIGURES))
+        if len(closed.archives) > MAX_FIGURES:
+            raise InvalidData(f"the figures of a generation have {len(closed.archives)} characters")
+        archives = json.loads(closed.archives)
         if len(archives) > MAX_ARCHIVES:
             raise InvalidData(f"a run has at most {MAX_ARCHIVES} archives, not {len(archives)}")
         return cls(
@@ -132,22 +133,10 @@ class Slimmed:
 
 def _axis(data: Any) -> Axis:
     name = short(str(data["name"]), "an axis's name")
-    axis = Axis(name, finite(data["lower"]), finite(data["upper"]), int(data["n"]))
+    axis = Axis(name, figure(data["lower"]), figure(data["upper"]), int(data["n"]))
     if not (axis.lower < axis.upper and 1 <= axis.n <= MAX_CELLS):
         raise InvalidData(f"an archive's axis is impossible: {axis}")
     return axis
-
-
-def finite(value: Any) -> float:
-    """Return a number of a file as a float.
-
-    Raises:
-        InvalidData: it is infinite or not a number.
-    """
-    number = float(value)
-    if not math.isfinite(number):
-        raise InvalidData(f"expected a finite number, not {value!r}")
-    return number
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.loading import BUILT_IN, TASKS_VARIABLE, get_task, load_task, task_version
 from engine.tasks.squeezing import SQUEEZING, SQUEEZING_BY_DISTANCE
 from engine.tasks.task import (
+    LARGEST_SCORE,
     SETTLE_TIME,
     TRIAL_TIME,
     Bonus,
@@ -35,6 +36,7 @@ from engine.tasks.walls import Wall
 __all__ = [
     "BUILT_IN",
     "GOAL_REACHING",
+    "LARGEST_SCORE",
     "SETTLE_TIME",
     "SQUEEZING",
     "SQUEEZING_BY_DISTANCE",

@@ -24,6 +24,8 @@ SETTLE_TIME: Final = 3.0
 """Seconds without actuation before a trial's clock starts."""
 TRIAL_TIME: Final = 40.0
 """Seconds a trial lasts after settling."""
+LARGEST_SCORE: Final = 1e9
+"""In m; whatever adds scores up, or shows them in cm, stays far from the largest number that there is."""
 MAX_INPUTS: Final = 100
 MAX_TARGETS: Final = 20
 Sensors = Literal["centimetres", "relative"]
@@ -203,7 +205,10 @@ def scores(task: Task, view: View, alive: np.ndarray) -> np.ndarray:
     Raises:
         TaskError: the task's ``score`` fails, or returns another shape or a number that is not finite.
     """
-    return _checked(task, "score", view, view.shape, alive)
+    values = _checked(task, "score", view, view.shape, alive)
+    if (np.abs(values[alive]) > LARGEST_SCORE).any():
+        raise TaskError(f"{_where(task)}: score returned a number beyond {LARGEST_SCORE:g}")
+    return values
 
 
 def _checked(task: Task, what: str, view: View, shape: tuple[int, ...], alive: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from engine.config import RunConfig, task_of
-from engine.errors import ClusterError, TaskError
+from engine.errors import ClusterError, TaskError, printable
 from engine.simulation.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution
 from engine.simulation.provenance import Origin, body_fingerprint, this_computer
 from engine.tasks import BUILT_IN, get_task, load_task, task_version
@@ -120,7 +120,7 @@ def unfinished(config: RunConfig, solution: Solution, reason: str) -> Evaluation
         distances=np.full((task.n_targets, trials.repeats), np.nan),
         trajectory=np.zeros((task.n_targets, int(trials.trial_time), 2), np.float32),
         head_is_end=False,
-        failure=reason,
+        failure=printable(reason),
     )
 
 

@@ -11,8 +11,8 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Controller
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.kernel.loop.dropped import Dropped
-from engine.simulation.kernel.loop.trials import Trials
-from engine.simulation.kernel.physics.parameters import Model
+from engine.simulation.kernel.loop.trials import Start, Trials
+from engine.simulation.kernel.physics.parameters import Robot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head
@@ -28,21 +28,20 @@ class Driven(NamedTuple):
     """What trials are made of."""
 
     morphology: Morphology
-    model: Model
+    numbers: Robot
     dropped: Dropped
     head: Head
     controller: Controller
     task: Task
 
 
-def drop(morphology, width=8):
-    robot = build_robot(morphology, PHYSICS)
-    poses = robot.model.qpos0.reshape(-1, 7)
+def drop(*morphologies, width=8):
+    robots = [build_robot(morphology, PHYSICS) for morphology in morphologies]
     return Dropped(
-        read_robot(robot),
-        poses,
-        end=Head.of(morphology, True),
-        rhythms=morphology.open_loop,
+        [read_robot(robot) for robot in robots],
+        np.array([robot.model.qpos0.reshape(-1, 7) for robot in robots]),
+        ends=[Head.of(morphology, True) for morphology in morphologies],
+        rhythms=[morphology.open_loop for morphology in morphologies],
         physics=PHYSICS,
         width=width,
     )
@@ -53,8 +52,9 @@ def driven(task=GOAL_REACHING, is_end=True, morphology=MORPHOLOGY):
     """Return a settled robot, which nobody changes."""
     dropped = drop(morphology)
     dropped.settle(40)
+    numbers = read_robot(build_robot(morphology, PHYSICS))
     controller = evolved_controller(6, 20, task.n_inputs)
-    return Driven(morphology, dropped.model, dropped, Head.of(morphology, is_end), controller, task)
+    return Driven(morphology, numbers, dropped, Head.of(morphology, is_end), controller, task)
 
 
 def trial_names(n, task):
@@ -63,17 +63,18 @@ def trial_names(n, task):
 
 
 def trials(robot, which=range(8), width=8, physics=PHYSICS, task=None):
-    """Return trials by their numbers: number k is for target k modulo the number of targets."""
-    task = task or robot.task
+    """Return a robot's trials by their numbers: number k is for target k modulo the number of targets."""
+    return trials_of([robot] * len(which), which, width, physics, task or robot.task)
+
+
+def trials_of(robots, which, width, physics, task):
+    """Return trials of robots that have settled equally long, a robot and a number each."""
     target = [k % task.n_targets for k in which]
     names = trial_names(max(which) + 1, task)
-    boxes = worlds(task, robot.model.n_modules)
+    boxes = worlds(task, robots[0].numbers.n_modules)
     return Trials(
-        robot.model,
-        robot.dropped.state,
-        n_updates=robot.dropped.n_updates,
-        head=robot.head,
-        controller=robot.controller,
+        [Start(r.numbers, r.dropped.state, 0, r.head, r.controller) for r in robots],
+        n_updates=robots[0].dropped.n_updates,
         targets=target_offsets(task)[target],
         noise=[names[k] for k in which],
         task=task,

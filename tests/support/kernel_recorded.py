@@ -12,6 +12,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.simulation.kernel import guard
 from engine.simulation.kernel.lanes import simd
+from engine.simulation.kernel.physics.model import model_of
 from engine.simulation.kernel.physics.state import forget, new_state
 from engine.simulation.kernel.physics.walls import place_walls
 from engine.simulation.kernel.step import run
@@ -82,9 +83,9 @@ def record(robot, walls, seconds, seed):
 
 def stepped(robot, walls, recorded, **settings):
     """Return the velocities after one step of the kernel from every recorded state, with no forces known."""
-    model = guard.read_robot(robot)._replace(**settings)
+    model = model_of([guard.read_robot(robot)._replace(**settings)] * 8)
     width = 8
-    state = new_state(model, width=width, n_walls=len(walls))
+    state = new_state(model, n_walls=len(walls))
     for lane in range(width):
         place_walls(state, lane, walls)
     rods = simd.by_lane(state.rods).reshape(-1, 13, width)

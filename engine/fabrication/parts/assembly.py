@@ -31,10 +31,14 @@ _COLOURS: Final = {
     "line": (200, 60, 60, 255),
     "link": (110, 190, 110, 255),
 }
+_UPRIGHT: Final = np.array(
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+"""From the simulation's axes, z up, to those of glTF, y up."""
 
 
 def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
-    """Return the assembled robot as binary glTF in metres: servos off, floating, as a maker holds it.
+    """Return the assembled robot as binary glTF in metres, y up: servos off, floating, as a maker holds it.
 
     Nodes of the scene are called as in the simulation's model: ``m0_rod0``, ``m0_cable_0_4``.
     """
@@ -169,4 +173,6 @@ class _Scene:
         self.add(shape, node, frame * np.array([radius, radius, np.linalg.norm(b - a)]), a)
 
     def glb(self) -> bytes:
+        """Return the file; up is y in glTF, z in the simulation."""
+        self._scene.apply_transform(_UPRIGHT)
         return bytes(self._scene.export(file_type="glb"))

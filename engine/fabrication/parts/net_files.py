@@ -140,6 +140,8 @@ def dxf_bytes(net: Net, design: CableDesign) -> bytes:
     for name, (_, colour) in _STYLE.items():
         document.layers.add(name, color=colour)
     space = document.modelspace()
+    # the header's unit is the document's; some programs look at the drawing's own
+    space.units = units.InsertUnits.Millimeters
     for ring in _rings(net, design):
         space.add_lwpolyline(ring, close=True, dxfattribs={"layer": "CUT"})
     for a, b in rest_lines(net):

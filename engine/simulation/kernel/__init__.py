@@ -11,14 +11,15 @@ Read in this order:
 - ``step``: as many time steps as wanted.
 - ``loop/``: the closed loop of sensing, network, servos and noise, inside compiled code.
 - ``batch``: simulations of robots of one size, stepped from Python.
+- ``threads``: vectors shared by threads.
 - ``settling``: robots dropped, settled and searched for their heads.
 - ``simulations``: what observers see. ``rollout``: trials, with the interface of ``simulation.rollout``.
 
-Each lane of a SIMD vector (``simd``) holds one simulation; all lanes of a vector belong to one robot.
+Each lane of a SIMD vector (``simd``) holds one simulation; the robots in a vector have one size.
 What compiled code passes around:
 
-``model``: a named tuple (``parameters.Model``) of numbers and small arrays that all lanes share; fields
-that others need are ``n_modules`` and ``timestep``.
+``model``: a named tuple (``model.Model``) of the numbers that all lanes' robots share and vectors of those in
+which they differ; fields that others need are ``n_modules`` and ``timestep``.
 
 ``state``: a named tuple (``state.State``) of one-dimensional arrays of vectors, neighbours in memory are
 lanes (``simd.by_lane(array)`` is the same memory with the lanes as a last axis, for Python):
@@ -36,9 +37,10 @@ lanes (``simd.by_lane(array)`` is the same memory with the lanes as a last axis,
 
 A state also has the forces of the last step, with which the next step's solver begins, and each lane's
 walls (``walls.place_walls``). ``state.save`` and ``state.restore`` move a simulation, bits and all, from
-a lane to any other. After writing ``state.rods`` in another way, call ``state.forget``.
+a lane to any other with the same robot. After writing ``state.rods`` in another way, call ``state.forget``.
 
-``guard.read_robot`` makes a model, ``state.new_state`` lanes. ``step.advance(model, state, n_steps)`` is
+``guard.read_robot`` reads a robot, ``model.model_of`` makes a model of the robots of all lanes and
+``state.new_state`` their state. ``step.advance(model, state, n_steps)`` is
 a jitted function that moves all lanes on by ``n_steps`` time steps. After each control update
 ``guard.judge(model, state)``, jitted too, sets ``state.failed`` of lanes that have diverged. Both can be
 called from compiled code; neither allocates. The outermost function, which Python calls, is decorated
@@ -46,7 +48,7 @@ with ``compiling.entry_point``, which keeps it on disk: ``step.run`` advances an
 ``batch.KernelBatch`` is what Python sees of them.
 
 For one version of this code, Numba and LLVM, a simulation's bits depend on nothing but its robot, its
-walls, its state and its commands: not on the number of lanes, nor on what the others hold, nor on
+walls, its state and its commands: not on the number of lanes, nor on which robots the others hold, nor on
 threads, nor on the processor's instructions. What would be needed on ARM: nothing but lanes of two; no
 instruction that x86-64 alone has is asked for.
 """

@@ -13,7 +13,8 @@ from llvmlite import binding
 from engine.simulation.divergence import BLOCK, Failure, History
 from engine.simulation.kernel import guard
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+from engine.simulation.kernel.physics.model import model_of
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, new_state, restore, save
 from engine.simulation.kernel.physics.walls import place_walls
 from engine.simulation.kernel.step import run
@@ -82,12 +83,12 @@ class KernelBatch:
         self._n_threads = n_threads
         self._n_walls = n_walls
         width = width_for(copies) if width is None else width
-        models = {id(r): guard.read_robot(r) for r in robots}
+        numbers = {id(r): guard.read_robot(r) for r in robots}
         self._lanes: list[_Lanes] = []
         for r, robot in enumerate(robots):
             for start in range(r * copies, (r + 1) * copies, width):
                 members = range(start, min(start + width, (r + 1) * copies))
-                lanes = _Lanes(models[id(robot)], width=width, members=members, n_walls=n_walls)
+                lanes = _Lanes(numbers[id(robot)], width=width, members=members, n_walls=n_walls)
                 for lane, i in enumerate(members):
                     lanes.put(lane, robot.model.qpos0)
                     place_walls(lanes.state, lane, walls[i])
@@ -184,7 +185,7 @@ class KernelBatch:
     def _with_walls(self, states: np.ndarray) -> np.ndarray:
         """Return states without walls as ones with this batch's walls, which nothing touches yet."""
         lanes = self._lanes[0].state
-        before = new_state(self._lanes[0].model, width=1)
+        before = new_state(model_of([self._lanes[0].robot]))
         parts = np.split(states, np.cumsum([len(getattr(before, f)) for f in KEPT])[:-1], axis=-1)
         sizes = [len(getattr(lanes, f)) for f in KEPT]
         room = [np.zeros((*p.shape[:-1], n - p.shape[-1])) for p, n in zip(parts, sizes, strict=True)]
@@ -206,7 +207,7 @@ class KernelBatch:
         for lanes in self._lanes:
             for lane, code in zip(lanes.members, lanes.codes(), strict=True):
                 if self._alive[lane] and code != guard.GOES_ON:
-                    self._fail(lane, guard.reason(code, lanes.model))
+                    self._fail(lane, guard.reason(code, lanes.robot))
 
     def _advance(self) -> None:
         n = self._physics.steps_per_control
@@ -227,16 +228,17 @@ class _Lanes:
     """Some simulations of one robot; lanes that none of them needs stand still.
 
     Args:
-        model: the robot's numbers.
+        robot: its numbers.
         width: number of lanes.
         members: which simulations of the batch they hold.
         n_walls: walls of every simulation.
     """
 
-    def __init__(self, model: Model, *, width: int, members: range, n_walls: int) -> None:
-        self.model = model
+    def __init__(self, robot: Robot, *, width: int, members: range, n_walls: int) -> None:
+        self.robot = robot
+        self.model = model_of([robot] * width)
         self.members = members
-        self.state: State = new_state(model, width=width, n_walls=n_walls)
+        self.state: State = new_state(self.model, n_walls=n_walls)
         self.rods = simd.by_lane(self.state.rods).reshape(-1, ROD, width)
         self.commanded = simd.by_lane(self.state.commanded)
         self._failed = simd.by_lane(self.state.failed)[0]

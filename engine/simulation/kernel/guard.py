@@ -12,7 +12,8 @@ from engine.simulation.kernel.lanes.algebra import dot, load3
 from engine.simulation.kernel.lanes.bare import bare
 from engine.simulation.kernel.lanes.compiling import compiled
 from engine.simulation.kernel.lanes.simd import absolute, load, maximum, select, splat, store, to_integer
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model, read_model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot, read_model
 from engine.simulation.kernel.physics.state import ROD, State
 from engine.simulation.model import RobotModel
 
@@ -23,7 +24,7 @@ TOO_FAST: Final = 3
 COMMAND: Final = 4
 
 
-def read_robot(robot: RobotModel) -> Model:
+def read_robot(robot: RobotModel) -> Robot:
     """Read a robot's numbers, with the speed that no rod of it can reach.
 
     Raises:
@@ -32,13 +33,13 @@ def read_robot(robot: RobotModel) -> Model:
     return read_model(robot.model)._replace(speed_limit=speed_limit(robot), arena_radius=ARENA_RADIUS)
 
 
-def reason(code: int, model: Model) -> str:
+def reason(code: int, robot: Robot) -> str:
     """Say what a code other than ``GOES_ON`` means."""
     return {
         COMMAND: "a control was not finite",
         NOT_FINITE: "the state is not finite",
         OUTSIDE: f"a rod is more than {ARENA_RADIUS:g} m from the origin, outside the arena",
-        TOO_FAST: f"a rod moves faster than {model.speed_limit:.1f} m/s, which is impossible",
+        TOO_FAST: f"a rod moves faster than {robot.speed_limit:.1f} m/s, which is impossible",
     }[code]
 
 
@@ -61,7 +62,8 @@ def _judge(model: Model, state: State) -> None:
         velocity = load3(rods, ROD * k + 7)
         fastest = maximum(dot(velocity, velocity), fastest)
     # a sum of squares is finite only if everything in it is; what is not a number compares as false
-    code = select(fastest <= model.speed_limit * model.speed_limit, 0.0, 1.0 * TOO_FAST)
+    limit = load(model.speed_limit, 0)
+    code = select(fastest <= limit * limit, 0.0, 1.0 * TOO_FAST)
     code = select(reach < model.arena_radius, code, 1.0 * OUTSIDE)
     code = select(size - size == 0.0, code, 1.0 * NOT_FINITE)
     control = splat(rods, 0.0)

@@ -1,7 +1,6 @@
 """The closed loop of settled robots by the kernel, with the interface of ``engine.simulation.rollout``.
 
-Every robot goes through its trials in the lanes of vectors. Robots share nothing, so threads take them
-one by one.
+All robots' trials lie side by side in the lanes of vectors, which threads take one by one.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from engine.simulation.batch import Span
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.kernel.batch import widest
 from engine.simulation.kernel.guard import GOES_ON
-from engine.simulation.kernel.loop.trials import Trials
-from engine.simulation.kernel.settling import Settled, failure_at, threaded
+from engine.simulation.kernel.loop.trials import Start, Trials
+from engine.simulation.kernel.settling import Settled, failure_at
 from engine.simulation.kernel.simulations import KernelSimulations, wall_of
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults, update_by_update
@@ -63,22 +62,20 @@ class KernelLoop:
         self._n_threads = n_threads
         self._obstacles = Obstacles(walls)
 
-        self._trials = [
-            Trials(
-                robot.model,
-                robot.dropped.state,
-                n_updates=robot.dropped.n_updates,
-                head=head,
-                controller=controller,
-                targets=targets,
-                noise=streams,
-                task=task,
-                physics=physics,
-                walls=walls,
-                width=widest(),
-            )
-            for robot, head, controller, streams in zip(settled, heads, controllers, noise, strict=True)
-        ]
+        self._trials = Trials(
+            [
+                Start(robot.numbers, robot.dropped.state, robot.lane, head, controller)
+                for robot, head, controller in zip(settled, heads, controllers, strict=True)
+                for _ in targets
+            ],
+            n_updates=settled[0].dropped.n_updates,
+            targets=np.tile(targets, (len(settled), 1)),
+            noise=[stream for streams in noise for stream in streams],
+            task=task,
+            physics=physics,
+            walls=[w for _ in settled for w in walls],
+            width=widest(),
+        )
 
         def again(r: int) -> KernelLoop:
             return KernelLoop(
@@ -94,20 +91,18 @@ class KernelLoop:
             )
 
         self._again = again
-        self._start = self._trials[0].n_updates
+        self._start = self._trials.n_updates
         self._height_rods = [(h.module, list(h.front)) for h in heads]
-        self.walls = [
-            [tuple(map(wall_of, placed)) if walls[0] else () for placed in trials.walls]
-            for trials in self._trials
-        ]
+        placed = self._of_robots(self._trials.walls)
+        self.walls = [[tuple(map(wall_of, w)) if walls[0] else () for w in own] for own in placed]
         """Per robot and copy the walls as they stand in the world."""
-        self.targets = np.array([trials.targets for trials in self._trials])
+        self.targets = self._of_robots(self._trials.targets)
         """(robots, copies, 2) the targets in the world, in m."""
         self.sensed: np.ndarray | None = None
         """(robots, copies, inputs) what the controllers sensed at the last update, None before the first."""
         self.sim = KernelSimulations(
             [s.robot for s in settled],
-            [trials.states for trials in self._trials],
+            self._trials.states,
             copies=len(targets),
             physics=physics,
             n_updates=self._start,
@@ -117,7 +112,7 @@ class KernelLoop:
 
     def head(self) -> np.ndarray:
         """Return (robots, copies, 2) head positions in the settled head's frame, in m."""
-        return np.array([trials.head for trials in self._trials])
+        return self._of_robots(self._trials.head)
 
     def from_world(self, point: np.ndarray) -> np.ndarray:
         """Convert a (2,) point from the world to the first settled head's frame, in m."""
@@ -125,7 +120,7 @@ class KernelLoop:
 
     def view(self) -> View:
         """Return the task's view of the present moment."""
-        faces = np.array([trials.faces for trials in self._trials])
+        faces = self._of_robots(self._trials.faces)
         return View(
             front=faces[:, :, 0],
             rear=faces[:, :, 1],
@@ -139,48 +134,52 @@ class KernelLoop:
 
     def scores(self) -> np.ndarray:
         """Return the task's scores of the present state, (robots, copies) in m."""
-        if self._trials[0].in_kernel:
-            return np.array([trials.scores for trials in self._trials])
+        if self._trials.in_kernel:
+            return self._of_robots(self._trials.scores)
         return scores(self._task, self.view(), self.sim.alive)
 
     def update(self) -> None:
         """Sense, think, act for one control period."""
-        if self._trials[0].in_kernel:
-            self.sensed = np.array([trials.run(1, _SENSED).sensed[0] for trials in self._trials])
+        if self._trials.in_kernel:
+            self.sensed = self._of_robots(self._trials.run(1, _SENSED).sensed[0])
         else:
             self.sensed = sensed(self._task, self.view(), self.sim.alive)
-            for trials, given in zip(self._trials, self.sensed, strict=True):
-                trials.give(given)
-                trials.run(1)
+            self._trials.give(self.sensed.reshape(-1, self.sensed.shape[-1]))
+            self._trials.run(1)
         self._update_failures()
 
     def advance(self, n_updates: int) -> Span:
         """Do so for some control periods, at least one, and return what happened."""
-        if not self._trials[0].in_kernel:
+        if not self._trials.in_kernel:
             return update_by_update(self, n_updates)
-        motions = threaded(lambda trials: trials.run(n_updates, _SPAN), self._trials, self._n_threads)
+        motion = self._trials.run(n_updates, _SPAN, n_threads=self._n_threads)
         self._update_failures()
-        poses, commands, told = (
-            np.stack(parts, axis=1) for parts in zip(*(m[1:] for m in motions), strict=True)
-        )
+        n = self.sim.shape
+        told = motion.sensed.reshape(n_updates, *n, -1)
         self.sensed = told[-1]
-        return Span(self.sim, self.sim.n_updates, poses.reshape(*poses.shape[:3], -1), commands, told)
+        return Span(
+            self.sim,
+            self.sim.n_updates,
+            motion.poses.reshape(n_updates, *n, -1),
+            motion.commands.reshape(n_updates, *n, *motion.commands.shape[2:]),
+            told,
+        )
 
     def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:
         """Run to the end and return one result per robot."""
         n = round(duration / self._physics.control_period)
-        if observer is None and self._trials[0].in_kernel:
+        if observer is None and self._trials.in_kernel:
             start = self.head()
-            motions = threaded(lambda trials: trials.run(n).path, self._trials, self._n_threads)
+            motion = self._of_robots(self._trials.run(n, n_threads=self._n_threads).path)
             self._update_failures()
-            path = np.concatenate([start[:, :, None], np.array(motions)], axis=2)
+            path = np.concatenate([start[:, :, None], motion], axis=2)
         else:
             path = self._run_watched(n, observer)
         final, failures = self.scores(), self._failures()
         copies = self.sim.shape[1]
         return [
             TrialResults(final[r], path[r], tuple(failures[r * copies : (r + 1) * copies]))
-            for r in range(len(self._trials))
+            for r in range(self.sim.shape[0])
         ]
 
     def _run_watched(self, n: int, observer: BatchObserver | None) -> np.ndarray:
@@ -196,7 +195,7 @@ class KernelLoop:
         return np.stack(path, axis=2)
 
     def _frame(self) -> GroundFrame:
-        frames = np.array([trials.frame for trials in self._trials])
+        frames = self._of_robots(self._trials.frames)[:, 0]
         ahead = frames[:, 1]
         left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
         return GroundFrame(frames[:, None, 0], np.stack([ahead, left], axis=1)[:, None])
@@ -209,13 +208,17 @@ class KernelLoop:
 
     def _update_failures(self) -> None:
         """Bring the time and the failures of the simulations up to date."""
-        self.sim.n_updates = self._trials[0].n_updates
-        for r, trials in enumerate(self._trials):
-            for copy, code in enumerate(trials.failures.tolist()):
-                i = r * self.sim.shape[1] + copy
-                if code != GOES_ON and self.sim.failures[i] is None:
-                    at = int(trials.failed_at[copy])
-                    self.sim.failures[i] = failure_at(code, at, trials.model, self._physics)
+        self.sim.n_updates = self._trials.n_updates
+        failed_at = self._trials.failed_at.tolist()
+        for i, code in enumerate(self._trials.failures.tolist()):
+            if code != GOES_ON and self.sim.failures[i] is None:
+                robot = self._settled[i // self.sim.shape[1]].numbers
+                self.sim.failures[i] = failure_at(code, failed_at[i], robot, self._physics)
+
+    def _of_robots(self, of_trials: np.ndarray) -> np.ndarray:
+        """Return what belongs to trials, (trials, ...), by (robots, copies, ...)."""
+        n = len(self._settled)
+        return of_trials.reshape(n, len(of_trials) // n, *of_trials.shape[1:])
 
     def _failures(self) -> list[Failure | None]:
         """Return the failures; the first of every robot with its last moments, which are simulated again."""
@@ -232,8 +235,8 @@ class KernelLoop:
         """Return the failure of a copy of this loop's only robot with its last moments."""
         n_updates = failure.n_updates - self._start
         n = min(n_updates, MAX_UPDATES)
-        if self._trials[0].in_kernel:
-            self._trials[0].run(n_updates - n)
+        if self._trials.in_kernel:
+            self._trials.run(n_updates - n)
             self._update_failures()
         else:
             for _ in range(n_updates - n):

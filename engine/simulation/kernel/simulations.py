@@ -23,7 +23,7 @@ class KernelSimulations:
 
     Args:
         robots: their models.
-        states: per robot the lanes that hold its simulations.
+        states: the lanes that hold the simulations, robot by robot; spare lanes come last.
         copies: simulations per robot.
         physics: control period.
         n_updates: control updates since the drop.
@@ -34,7 +34,7 @@ class KernelSimulations:
     def __init__(
         self,
         robots: Sequence[RobotModel],
-        states: Sequence[Sequence[State]],
+        states: Sequence[State],
         *,
         copies: int,
         physics: Physics,
@@ -97,10 +97,9 @@ class KernelSimulations:
 
     def _lanes(self, field: str) -> np.ndarray:
         """Return the (robots, copies, n) numbers of a field of all simulations."""
-        n = self.shape[1]
-        return np.array(
-            [np.concatenate([by_lane(getattr(s, field)).T for s in states])[:n] for states in self._states]
-        )
+        numbers = np.concatenate([by_lane(getattr(s, field)).T for s in self._states])
+        n_robots, copies = self.shape
+        return numbers[: n_robots * copies].reshape(n_robots, copies, -1)
 
 
 def mujoco_state(model: mujoco.MjModel, rods: np.ndarray, commanded: np.ndarray, time: float) -> np.ndarray:

@@ -8,8 +8,8 @@ from engine.simulation.kernel.lanes.compiling import compiled, entry_point, inli
 from engine.simulation.kernel.lanes.simd import any_lane, load, store
 from engine.simulation.kernel.physics.ground import touch_ground
 from engine.simulation.kernel.physics.links import find_links
+from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.motion import free_motion, integrate
-from engine.simulation.kernel.physics.parameters import Model
 from engine.simulation.kernel.physics.rod_contacts import MARGIN, find_pairs, search_pairs
 from engine.simulation.kernel.physics.solver import solve
 from engine.simulation.kernel.physics.state import N_NEAR, N_NEAR_WALLS, State
@@ -55,7 +55,7 @@ def _search(model: Model, state: State) -> None:
 
 @inlined
 def _find_contacts(model: Model, state: State) -> None:
-    """List the contacts with ground and walls, island by island and rod by rod."""
+    """List the contacts with ground and walls, island by island and place by place."""
     start, islands = state.work.contact_start, model.islands
     counts, near_walls = state.work.counts, state.work.near_walls
     n = near = 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import math
 import sqlite3
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,15 +12,19 @@ from typing import Any, Final, Protocol, Self
 import numpy as np
 
 from engine.body.morphology import Morphology
+from engine.config import MAX_EVALUATIONS
 from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Origin
+from engine.tasks import LARGEST_SCORE
 
 MAX_NAME: Final = 100
 """Characters of a name in a run file, which may be a stranger's."""
 MAX_FAILURE: Final = 10_000
 """Characters of the reason of a failure."""
+LARGEST_FIGURE: Final = 1e15
+"""What sums of scores stay below, and times in seconds and ends of axes too."""
 CHUNK: Final = 500
 """Numbers in one query."""
 
@@ -36,14 +39,51 @@ Change = tuple[int, str, str, int | None]
 
 
 def short(text: str, what: str, most: int = MAX_NAME) -> str:
-    """Return a text that is short enough to be shown.
+    """Return a text that can be shown as it is.
 
     Raises:
-        InvalidData: it is not.
+        InvalidData: it is too long, or has characters that a terminal would obey.
     """
     if len(text) > most:
         raise InvalidData(f"{what} has {len(text)} characters; {most} are the most")
+    if not text.isprintable():
+        raise InvalidData(f"{what} has characters that cannot be shown")
     return text
+
+
+def figure(value: Any) -> float:
+    """Return a number of a file as a float, one that can be added up and shown in centimetres.
+
+    Raises:
+        InvalidData: it is not a number, or beyond ``LARGEST_FIGURE``.
+    """
+    number = float(value)
+    if not abs(number) <= LARGEST_FIGURE:
+        raise InvalidData(f"expected a finite number of at most {LARGEST_FIGURE:g}, not {number!r}")
+    return number
+
+
+def score(value: Any) -> float:
+    """Return a fitness of a file as a float.
+
+    Raises:
+        InvalidData: it is not a number, or beyond ``LARGEST_SCORE``.
+    """
+    number = figure(value)
+    if abs(number) > LARGEST_SCORE:
+        raise InvalidData(f"a fitness is beyond {LARGEST_SCORE:g} m: {number!r}")
+    return number
+
+
+def count(value: int) -> int:
+    """Return a number of evaluations or of generations, to which one can count.
+
+    Raises:
+        InvalidData: it is negative, or no run has that many.
+    """
+    if not 0 <= value <= 2 * MAX_EVALUATIONS:
+        raise InvalidData(f"no run has {value} evaluations or generations")
+    return value
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -64,16 +104,16 @@ class Record:
     failure: str | None
 
     def __post_init__(self) -> None:
-        for what, text, most in (
-            ("operator", self.operator, MAX_NAME),
-            ("source", self.source, MAX_NAME),
-            ("failure", self.failure, MAX_FAILURE),
-        ):
+        for what, text in (("operator", self.operator), ("source", self.source)):
             if text is not None:
-                short(text, f"its {what}", most)
+                short(text, f"its {what}")
+        if self.failure is not None:  # a task's own words may have several lines
+            short(self.failure.replace("\n", " "), "its failure", MAX_FAILURE)
         fitness = self.fitness
-        if fitness is not None and not (isinstance(fitness, float) and math.isfinite(fitness)):
-            raise InvalidData(f"fitness must be a finite number, not {fitness!r}")
+        if fitness is not None:
+            if not isinstance(fitness, float):
+                raise InvalidData(f"fitness must be a number, not {fitness!r:.60}")
+            score(fitness)
 
     @classmethod
     def of(cls, generation: int, e: Evaluation) -> Self:
@@ -95,10 +135,13 @@ class Record:
         """Return the evaluation, once the rest of it is known.
 
         Raises:
-            InvalidData: the trajectory is not finite although no simulation failed.
+            InvalidData: a distance is beyond ``LARGEST_SCORE``; or the trajectory is, or is not finite,
+                although no simulation failed.
         """
-        if self.fitness is not None and not np.isfinite(trajectory).all():
-            raise InvalidData("fitness or trajectory is not a finite number")
+        if (np.abs(distances) > LARGEST_SCORE).any():
+            raise InvalidData(f"a distance is beyond {LARGEST_SCORE:g} m")
+        if self.fitness is not None and not (np.abs(trajectory) <= LARGEST_SCORE).all():
+            raise InvalidData(f"its trajectory is not finite, or beyond {LARGEST_SCORE:g} m")
         solution = Solution(
             number=self.number,
             morphology=self.morphology,
@@ -135,6 +178,11 @@ class Closed:
     archives: str
     finished_at: str
     seconds: float
+
+    def __post_init__(self) -> None:
+        for n in (self.generation, self.n_evaluations, self.n_failed):
+            count(n)
+        figure(self.seconds)
 
 
 class Tables(Protocol):

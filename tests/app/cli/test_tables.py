@@ -20,6 +20,16 @@ def test_table(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
     assert {r["archive"] for r in rows} == {"morphology"}
 
 
+def test_all_evaluations_as_a_table(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
+    status, _, err = tensatlas("table", copy, "--all", "--out", tmp_path / "all.csv")
+    with open(tmp_path / "all.csv", newline="") as f:
+        rows = list(csv.DictReader(f))
+    assert (status, "Wrote 18 evaluations to" in err) == (0, True)
+    assert [int(r["evaluation"]) for r in rows] == list(range(18))
+    status, _, err = tensatlas("table", copy, "--all", "--archive", "morphology", "--out", tmp_path / "x.csv")
+    assert (status, "leave out --archive" in err) == (2, True)
+
+
 def test_project_info_and_what_the_projection_is_good_for(
     tensatlas: Command, copy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

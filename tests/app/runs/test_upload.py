@@ -122,7 +122,10 @@ def test_what_is_no_sound_run_is_refused_with_a_reason(
         ),
         ("UPDATE generations SET archives = json_set(archives, '$.morphology.axes[0].n', 51)", "impossible"),
         ("UPDATE generations SET archives = json_set(archives" + MANY_ARCHIVES + ")", "at most 16 archives"),
-        ("UPDATE generations SET archives = archives || hex(zeroblob(60000))", "figures of a generation has"),
+        (
+            "UPDATE generations SET archives = archives || hex(zeroblob(60000))",
+            "figures of a generation",
+        ),
     ],
 )
 def test_what_costs_too_much_is_refused_with_a_reason(

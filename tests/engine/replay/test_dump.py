@@ -367,7 +367,7 @@ def claim_more(files, table):
         (put(walls=None), "walls must be"),
         (put(physics={"timestep": -1.0}), "timestep must be positive"),
         (put(physics={"timestep": "1"}), "expected float"),
-        (put(physics={"gravity": 1.0}), "expected a table"),
+        (put(physics={"gravity": 1.0}), "unknown 'gravity'"),
         (put(run_seed=2**40), "run_seed"),
         (put(versions={"mujoco": 4}), "one line"),
         (put(versions={str(k): "" for k in range(51)}), "versions"),

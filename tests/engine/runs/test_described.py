@@ -74,7 +74,7 @@ def test_what_is_left_out_comes_from_the_preset(read):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("evaluation = 9", "configuration: unknown 'evaluation'; known are task, algorithm, evaluations"),
+        ("evaluation = 9", "configuration: unknown 'evaluation'; did you mean evaluations"),
         ("[variation]\nrate = 1", "configuration.variation: unknown 'rate'; known are body, neat"),
         ("[variation.neat]\nweight_rate = 1.5", "weight_rate must be from 0 to 1, not 1.5"),
         ("variation = 3", "configuration.variation: expected a table of body"),

@@ -21,7 +21,7 @@ def nobody():
 
 
 def variation(**config):
-    return Variation(n_inputs=2, stiffness="shared", seed=1, config=VariationConfig(**config))
+    return Variation(n_inputs=2, stiffness="shared", rhythms=False, seed=1, config=VariationConfig(**config))
 
 
 @pytest.mark.parametrize("weights", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 1, 0), (1, 1, 2)])

@@ -29,6 +29,7 @@ from engine.storage.layouts.trajectories import encode as encode_trajectory
 from engine.storage.reader import RunReader
 from engine.storage.schema import APPLICATION_ID, COLUMNS, FORMAT_VERSION, TABLES
 from engine.storage.writer import RunWriter, is_being_written, lock_path
+from engine.tasks import LARGEST_SCORE
 from tests.support.made_up import (
     MADE_UP,
     controllers,
@@ -43,7 +44,7 @@ from tests.support.made_up import (
 from tests.support.run_formats import FIRST, SECOND, change, in_format
 
 # adding zero makes 0.0 of -0.0, as the fitness function does: SQLite keeps no sign of a zero
-finite = st.floats(allow_nan=False, allow_infinity=False).map(lambda x: x + 0.0)
+finite = st.floats(-LARGEST_SCORE, LARGEST_SCORE).map(lambda x: x + 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +126,7 @@ def evaluations(draw):
     return dataclasses.replace(
         e,
         fitness=None if failed else draw(finite),
-        failure=draw(st.text()) if failed else None,
+        failure=draw(st.text(st.characters(codec="utf-8")).filter(str.isprintable)) if failed else None,
         distances=distances,
     )
 

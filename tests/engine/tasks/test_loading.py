@@ -172,6 +172,7 @@ BROKEN = {
         GOOD.replace("v.distance -", "np.inf -"),
         "score returned a number that is not finite",
     ),
+    "a score beyond all": (GOOD.replace("v.distance -", "2e9 -"), "score returned a number beyond 1e+09"),
     "an unseen attribute": (GOOD.replace("v.height", "v.heigth"), "sense fails: AttributeError"),
     "walls that fail": (GOOD.replace("(near,", "(nearby,"), "walls fails: NameError"),
     "walls that are none": (

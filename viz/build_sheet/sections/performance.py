@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -207,7 +208,8 @@ def _draw_plot(
         x, y = np.array([left, bottom]) + scale * (np.asarray(point) - low)
         return float(x), float(y)
 
-    step = next(s for s in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000) if s * scale >= 24)
+    steps = (m * 10.0**k for k in itertools.count(-1) for m in (1, 2, 5))
+    step = next(s for s in steps if s * scale >= 24)
     _axes(pen, at, low, high, step)
     c = pen.canvas
     c.saveState()

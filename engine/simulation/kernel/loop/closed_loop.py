@@ -1,6 +1,6 @@
 """The closed loop: sense, think, act, for as long as wanted without returning to Python.
 
-One call moves simulations of one robot on, one per lane. A control update is
+One call moves simulations of robots of one size on, one per lane. A control update is
 
 1. what the head senses (``sensing``), unless Python has filled it in;
 2. the network (``network``), unless the robot has settled only now or shows which end is its head;
@@ -26,7 +26,7 @@ from engine.simulation.kernel.loop.noise import gaussians
 from engine.simulation.kernel.loop.sensing import PYTHON, look, place, position, score, sense
 from engine.simulation.kernel.loop.servos import choose, command, turn
 from engine.simulation.kernel.loop.setup import CONTROLLER, POSE, RELEASED, Loop, Recording
-from engine.simulation.kernel.physics.parameters import Model
+from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.state import ROD, State
 from engine.simulation.kernel.step import advance
 
@@ -64,15 +64,15 @@ def _find_head(loop: Loop) -> None:
 
 
 @inlined
-def _command(model: Model, state: State, loop: Loop) -> None:
+def _command(state: State, loop: Loop) -> None:
     """Set the commanded lengths of one control update."""
     if loop.drive == RELEASED:
         for k in range(len(state.commanded)):
             store(state.commanded, k, SLACK)
         return
     if loop.drive == CONTROLLER:
-        activate(loop.network, loop.values)
-        choose(loop.servos, loop.values, len(loop.values) - 2 * model.n_modules)
+        activate(loop.networks, loop.values)
+        choose(loop.servos, loop.networks, loop.values)
     turn(loop.servos, loop.clock[0] * loop.rhythm.period)
     command(loop.servos, state.commanded)
     if loop.drive == CONTROLLER:
@@ -89,13 +89,13 @@ def _judge(model: Model, state: State, loop: Loop) -> None:
     failed, before = load(state.failed, 0), load(loop.failed_at, 0)
     new = (failed != 0) & (before == 0)
     store(loop.failed_at, 0, select(new, splat(before, loop.clock[0]), before))
-    look(state.rods, failed, loop.scene)
+    look(state.rods, state.failed, loop.scene)
 
 
 @entry_point
 def begin(state: State, loop: Loop) -> None:
     """Lay the head's frame where it is now, and put up targets and walls in it."""
-    look(state.rods, load(state.failed, 0), loop.scene)
+    look(state.rods, state.failed, loop.scene)
     place(loop.scene, state.walls)
     failed = load(state.failed, 0)
     store(loop.failed_at, 0, select(failed != 0, splat(failed, loop.clock[0]), 0))
@@ -107,7 +107,7 @@ def run(model: Model, state: State, loop: Loop, recording: Recording, n_updates:
     """Move simulations on.
 
     Args:
-        model: the robot.
+        model: the robots.
         state: the simulations.
         loop: what drives them. If their task is Python's, the networks' inputs are in ``loop.values`` and
             ``n_updates`` is 1.
@@ -119,7 +119,7 @@ def run(model: Model, state: State, loop: Loop, recording: Recording, n_updates:
     for k in range(n_updates):
         if in_kernel:
             sense(loop.scene, loop.values)
-        _command(model, state, loop)
+        _command(state, loop)
         advance(model, state, loop.rhythm.n_steps)
         _judge(model, state, loop)
         _record(state, loop, recording, k)

@@ -1,8 +1,6 @@
-"""A robot from the drop to where its trials begin: it settles, and shows which end is its head.
+"""Robots from the drop to where their trials begin: they settle, and show which end is their head.
 
-All lanes hold the same simulation: what depends on a robot's links is the same for a whole vector, so that
-different robots cannot share one. A step takes hardly longer with eight lanes than with one, and code for
-another width would have to be compiled.
+Robots of one size share a vector, one per lane.
 """
 
 from __future__ import annotations
@@ -25,91 +23,98 @@ from engine.simulation.kernel.loop.setup import (
     make_loop,
     make_recording,
 )
-from engine.simulation.kernel.physics.parameters import Model
+from engine.simulation.kernel.physics.model import model_of
+from engine.simulation.kernel.physics.parameters import Robot
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, forget, new_state
 from engine.simulation.physics import Physics
 
 
 class Dropped:
-    """A robot that has been dropped, in every lane the same.
+    """Robots that have been dropped.
 
     Args:
-        model: the robot.
-        poses: (rods, 7) centres in m and quaternions as built, above the ground.
-        end: the head that the robot has if it is the end of its chain.
-        rhythms: per module the command that it has while the head is searched, as ``servos`` numbers them.
+        robots: at most as many as there are lanes, of one size. The first has the spare lanes, too.
+        poses: (robots, rods, 7) centres in m and quaternions as built, above the ground.
+        ends: the head that each robot has if it is the end of its chain.
+        rhythms: (robots, modules) the command that each module has while the head is searched, as ``servos``
+            numbers them.
         physics: time step and control period.
         width: lanes of a vector.
     """
 
     def __init__(
         self,
-        model: Model,
+        robots: Sequence[Robot],
         poses: np.ndarray,
         *,
-        end: HeadOf,
-        rhythms: Sequence[int],
+        ends: Sequence[HeadOf],
+        rhythms: Sequence[Sequence[int]],
         physics: Physics,
         width: int,
     ) -> None:
-        self.model = model
-        self.state = new_state(model, width=width)
-        by_lane(self.state.rods).reshape(-1, ROD, width)[:, :7] = poses[..., None]
+        self._n = len(robots)
+        of_lane = [k if k < self._n else 0 for k in range(width)]
+        self.model = model_of([robots[k] for k in of_lane])
+        self.state = new_state(self.model)
+        by_lane(self.state.rods).reshape(-1, ROD, width)[:, :7] = poses[of_lane].transpose(1, 2, 0)
         forget(self.state)
         self.n_updates = 0
         """Control updates since the drop."""
-        self.failed_at = 0
-        """Control updates from the drop to the failure of the simulation, or 0."""
-        self._end = end
-        self._rhythms = rhythms
+        self.failed_at = [0] * self._n
+        """Per robot the control updates from the drop to the failure of its simulation, or 0."""
+        self._ends = [ends[k] for k in of_lane]
+        self._rhythms = np.array([rhythms[k] for k in of_lane])
         self._physics = physics
 
     @property
-    def failure(self) -> int:
-        """Why the simulation was stopped, one of ``guard``'s codes, or 0."""
-        return int(by_lane(self.state.failed)[0, 0])
+    def failures(self) -> list[int]:
+        """Per robot why its simulation was stopped, one of ``guard``'s codes, or 0."""
+        return _codes(self.state)[: self._n]
 
     def settle(self, n_updates: int, record: frozenset[str] = NOTHING) -> Recording:
-        """Let the robot come to rest for some control updates, servos off; return a recording of one lane."""
+        """Let the robots come to rest for some control updates, servos off."""
         loop = self._loop(RELEASED)
-        recording = make_recording(self.model, loop, n_updates, record, n_trials=1)
+        recording = make_recording(self.model, loop, n_updates, record, n_trials=self._n)
         run(self.model, self.state, loop, recording, n_updates)
         self.n_updates += n_updates
-        self.failed_at = self.failed_at or int(by_lane(loop.failed_at)[0, 0])
+        failed_at = by_lane(loop.failed_at)[0].tolist()
+        self.failed_at = [before or now for before, now in zip(self.failed_at, failed_at, strict=False)]
         return recording
 
-    def goes_end_first(self, duration: float) -> tuple[bool, int]:
-        """Find which end goes first when the modules keep their rhythms for some seconds; the robot stays.
+    def goes_end_first(self, duration: float) -> list[tuple[bool, int]]:
+        """Find which end goes first when the modules keep their rhythms for some seconds; the robots stay.
 
         The end of the chain is the head unless the rear face of its module has by then crossed, backwards,
         the line through its own starting point, perpendicular to the robot.
 
         Returns:
-            Whether the end is the head, and why the simulation was stopped, one of ``guard``'s codes, or 0.
+            Per robot whether the end is the head, and why the simulation was stopped, one of ``guard``'s
+            codes, or 0.
         """
         state, loop = self._pulsing()
-        x, y, rear_x, rear_y = by_lane(loop.scene.faces)[:, 0].tolist()
+        x, y, rear_x, rear_y = by_lane(loop.scene.faces).copy()
         n = round(duration / self._physics.control_period)
-        run(self.model, state, loop, make_recording(self.model, loop, n, NOTHING, n_trials=1), n)
-        now_x, now_y = by_lane(loop.scene.faces)[2:, 0].tolist()
+        run(self.model, state, loop, make_recording(self.model, loop, n, NOTHING, n_trials=self._n), n)
+        now_x, now_y = by_lane(loop.scene.faces)[2:]
         moved = (now_x - rear_x) * (x - rear_x) + (now_y - rear_y) * (y - rear_y)
-        return moved >= 0.0, int(by_lane(state.failed)[0, 0])
+        return list(zip((moved >= 0.0).tolist(), _codes(state), strict=True))[: self._n]
 
     def pulse(self, n_updates: int, record: frozenset[str] = NOTHING) -> tuple[State, Loop, Recording]:
-        """Let a copy of the robot pulse as in the search for its head; the robot stays.
+        """Let copies of the robots pulse as in the search for their heads; the robots stay.
 
         Returns:
-            The copy, what drove it and what was recorded, after ``n_updates`` control updates.
+            The copies, what drove them and what was recorded, after ``n_updates`` control updates.
         """
         state, loop = self._pulsing()
-        recording = make_recording(self.model, loop, n_updates, record, n_trials=1)
+        recording = make_recording(self.model, loop, n_updates, record, n_trials=self._n)
         run(self.model, state, loop, recording, n_updates)
         return state, loop, recording
 
     def _pulsing(self) -> tuple[State, Loop]:
-        """Return a copy of the robot about to pulse, and what drives it."""
-        state = new_state(self.model, width=width_of(self.state.rods))
-        branch(state, self.state, 0)
+        """Return copies of the robots about to pulse, and what drives them."""
+        state = new_state(self.model)
+        for lane in range(width_of(state.rods)):
+            branch(state, lane, self.state, lane)
         loop = self._loop(OPEN_LOOP)
         begin(state, loop)
         return state, loop
@@ -117,25 +122,28 @@ class Dropped:
     def _loop(self, drive: int) -> Loop:
         width = width_of(self.state.rods)
         scene = make_scene(
-            PYTHON, units=(), head=head_rods(self._end), targets=np.zeros((width, 2)), walls=[()] * width
+            PYTHON,
+            units=(),
+            heads=[head_rods(end) for end in self._ends],
+            targets=np.zeros((width, 2)),
+            walls=[()] * width,
         )
         loop = make_loop(
-            self.model,
-            scene,
-            self._physics,
-            drive=drive,
-            start=self.n_updates,
-            width=width,
-            head=self._end,
+            self.model, scene, self._physics, drive=drive, start=self.n_updates, heads=self._ends
         )
-        by_lane(loop.servos.choice)[:] = np.array(self._rhythms)[:, None]
+        by_lane(loop.servos.choice)[:] = self._rhythms.T
         return loop
 
 
-def branch(state: State, settled: State, lane: int) -> None:
-    """Copy one simulation of a world without walls to all lanes of one that may have some."""
+def _codes(state: State) -> list[int]:
+    codes: list[int] = by_lane(state.failed)[0].tolist()
+    return codes
+
+
+def branch(state: State, lane: int, settled: State, settled_lane: int) -> None:
+    """Copy a simulation of a world without walls to a lane of the same robot, whose world may have some."""
     for field in (*KEPT, "failed"):
         # forces of the walls' contacts come after those of the ground's
-        source = by_lane(getattr(settled, field))[:, lane]
-        by_lane(getattr(state, field))[: len(source)] = source[:, None]
+        source = by_lane(getattr(settled, field))[:, settled_lane]
+        by_lane(getattr(state, field))[: len(source), lane] = source
     forget(state)

@@ -14,13 +14,16 @@ import numpy as np
 from engine.exact import cosine_and_sine
 from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import (
-    Integer,
+    Integers,
     Mask,
     Real,
     Reals,
     absolute,
     by_lane,
+    integers,
+    lanes,
     load,
+    load_lane,
     maximum,
     minimum,
     reals,
@@ -28,6 +31,7 @@ from engine.simulation.kernel.lanes.simd import (
     splat,
     square_root,
     store,
+    store_lane,
 )
 from engine.simulation.kernel.lanes.transcendental import angle
 from engine.simulation.kernel.physics.state import ROD, WALL
@@ -58,7 +62,8 @@ class Scene(NamedTuple):
         reach: up to where squeezing senses a wall straight ahead, in m.
         depth, bonus: how far past the gate a head must be, and what is deducted from its distance then, in m.
         by_distance: whether it must be that far from the gate's middle instead, and past the gate at all.
-        head: (6,) the three rods whose centres average to the head's front face, then those of its rear face.
+        head: (6,) vectors of integers: the three rods whose centres average to the head's front face, then
+            those of its rear face.
         frame: (4,) vectors: x and y of the frame's origin in the world, and of its x axis.
         target: (4,) vectors: x and y of the target in the frame, then in the world.
         walls: (9 x walls,) vectors, in the frame, see ``SEEN``.
@@ -72,7 +77,7 @@ class Scene(NamedTuple):
     depth: float
     bonus: float
     by_distance: bool
-    head: np.ndarray
+    head: Integers
     frame: Reals
     target: Reals
     walls: Reals
@@ -92,7 +97,7 @@ def make_scene(
     *,
     units: Sequence[float],
     by_distance: bool = False,
-    head: Sequence[int],
+    heads: Sequence[Sequence[int]],
     targets: np.ndarray,
     walls: Sequence[Sequence[Wall]],
 ) -> Scene:
@@ -102,7 +107,7 @@ def make_scene(
         kind: of the task.
         units: per number that it senses a factor.
         by_distance: see ``Scene``.
-        head: the head's rods, see ``Scene``.
+        heads: per lane the head's rods, see ``Scene``.
         targets: (lanes, 2) in the frame.
         walls: per lane its walls in the frame, equally many for all.
     """
@@ -114,6 +119,8 @@ def make_scene(
             numbers[k, :, lane] = (*w.centre, *w.half_size, *cosine_and_sine(w.yaw), not w.is_buried)
     target = reals(4, width=width)
     by_lane(target)[:2] = targets.T
+    rods = integers(6, width=width)
+    by_lane(rods)[:] = np.transpose(heads)
     return Scene(
         kind=kind,
         units=np.array(units, float),
@@ -121,7 +128,7 @@ def make_scene(
         depth=DEPTH,
         bonus=BONUS,
         by_distance=by_distance,
-        head=np.array(head, np.int64),
+        head=rods,
         frame=reals(4, width=width),
         target=target,
         walls=boxes,
@@ -130,27 +137,24 @@ def make_scene(
 
 
 @inlined
-def _middle(rods: Reals, face: np.ndarray, first: int, axis: int) -> Real:
-    """Return one coordinate of a face: the average of its three rods' centres."""
-    a, b, c = face[first], face[first + 1], face[first + 2]
-    return (load(rods, ROD * a + axis) + load(rods, ROD * b + axis) + load(rods, ROD * c + axis)) / 3.0
-
-
-@inlined
-def look(rods: Reals, failed: Integer, scene: Scene) -> None:
+def look(rods: Reals, failed: Integers, scene: Scene) -> None:
     """Bring a scene's faces up to date.
 
     Args:
         rods: the simulations' rods, see ``engine.simulation.kernel``.
-        failed: not 0 in lanes whose simulation has failed.
+        failed: one vector, not 0 in lanes whose simulation has failed.
         scene: whose faces.
     """
-    well = failed == 0
-    for face in range(2):
-        for axis in range(2):
-            k = 2 * face + axis
-            now = _middle(rods, scene.head, 3 * face, axis)
-            store(scene.faces, k, select(well, now, load(scene.faces, k)))
+    for lane in range(lanes(rods)):
+        if load_lane(failed, 0, lane) != 0:
+            continue
+        for face in range(2):
+            a, b = load_lane(scene.head, 3 * face, lane), load_lane(scene.head, 3 * face + 1, lane)
+            c = load_lane(scene.head, 3 * face + 2, lane)
+            for axis in range(2):
+                total = load_lane(rods, ROD * a + axis, lane) + load_lane(rods, ROD * b + axis, lane)
+                total += load_lane(rods, ROD * c + axis, lane)
+                store_lane(scene.faces, 2 * face + axis, lane, total / 3.0)
 
 
 @inlined

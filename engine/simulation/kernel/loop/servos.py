@@ -27,11 +27,13 @@ from engine.simulation.kernel.lanes.simd import (
     maximum,
     minimum,
     reals,
+    select,
     store,
     store_lane,
     to_bits,
 )
 from engine.simulation.kernel.lanes.transcendental import sine_and_cosine
+from engine.simulation.kernel.loop.network import Networks
 from engine.simulation.kernel.physics.parameters import INTERNAL
 
 N_COMMANDS: Final = len(FREQUENCIES) * len(PHASES)
@@ -49,7 +51,7 @@ class Servos(NamedTuple):
         angle: vectors that hold the commands at one time, in degrees.
         targets: (commands, 5) target lengths in m at one time.
         n_frequencies, n_phases: how many of each there are to choose from.
-        pair: (modules,) which pair of outputs drives a module.
+        pair: (networks x modules,) which pair of a network's outputs drives a module.
         choice: (modules,) vectors of integers: the command that a module has.
     """
 
@@ -64,8 +66,8 @@ class Servos(NamedTuple):
     choice: np.ndarray
 
 
-def make_servos(pairs: Sequence[int], *, width: int) -> Servos:
-    """Return the servos of a robot whose modules are driven by these pairs of outputs."""
+def make_servos(pairs: Sequence[Sequence[int]], *, n_modules: int, width: int) -> Servos:
+    """Return the servos of robots whose modules are driven by these pairs of outputs, network by network."""
     assert N_COMMANDS % width == 0
     frequency, phase, angle = (reals(N_COMMANDS // width, width=width) for _ in range(3))
     by_lane(frequency).ravel()[:] = np.repeat(FREQUENCIES, len(PHASES))
@@ -78,8 +80,8 @@ def make_servos(pairs: Sequence[int], *, width: int) -> Servos:
         np.zeros((N_COMMANDS, INTERNAL)),
         len(FREQUENCIES),
         len(PHASES),
-        np.array(pairs, np.int64),
-        integers(len(pairs), width=width),
+        np.array(pairs, np.int64).ravel(),
+        integers(n_modules, width=width),
     )
 
 
@@ -116,26 +118,31 @@ def _pick(output: Real, n: int) -> Integer:
 
 
 @inlined
-def choose(servos: Servos, values: Reals, first: int) -> None:
-    """Let a network choose every module's command.
+def choose(servos: Servos, networks: Networks, values: Reals) -> None:
+    """Let networks choose the commands of every module.
 
     Args:
         servos: whose.
-        values: the network's.
-        first: where its outputs begin: a frequency and a phase for each pair.
+        networks: the networks, whose last outputs are a frequency and a phase for each pair.
+        values: their inputs and nodes' values.
     """
-    for module in range(len(servos.pair)):
-        output = first + 2 * servos.pair[module]
-        frequency, phase = load(values, output), load(values, output + 1)
-        index = _pick(frequency, servos.n_frequencies) * servos.n_phases
-        store(servos.choice, module, index + _pick(phase, servos.n_phases))
+    n = len(servos.choice)
+    for k in range(len(networks.end)):
+        first = networks.n_inputs + networks.end[k] - 2 * n
+        here = load(networks.lanes, k) != 0
+        for module in range(n):
+            output = first + 2 * servos.pair[n * k + module]
+            frequency, phase = load(values, output), load(values, output + 1)
+            index = _pick(frequency, servos.n_frequencies) * servos.n_phases
+            index = index + _pick(phase, servos.n_phases)
+            store(servos.choice, module, select(here, index, load(servos.choice, module)))
 
 
 @inlined
 def command(servos: Servos, commanded: Reals) -> None:
     """Set the commanded lengths, (modules x 5,) vectors in m, to what was chosen."""
     width = commanded.itemsize // 8
-    for module in range(len(servos.pair)):
+    for module in range(len(servos.choice)):
         for lane in range(width):
             k = load_lane(servos.choice, module, lane)
             for cable in range(INTERNAL):

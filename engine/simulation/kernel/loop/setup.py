@@ -9,11 +9,12 @@ import numpy as np
 
 from engine.control.genome import Controller
 from engine.simulation.kernel.lanes.simd import Integers, Reals, integers, reals
-from engine.simulation.kernel.loop.network import Network, compile_network, no_network
+from engine.simulation.kernel.loop.network import Networks, compile_networks, no_networks
 from engine.simulation.kernel.loop.noise import streams
 from engine.simulation.kernel.loop.sensing import Scene
 from engine.simulation.kernel.loop.servos import Servos, make_servos
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS
 from engine.simulation.physics import Physics
 
 RELEASED: Final = 0
@@ -47,9 +48,9 @@ class Loop(NamedTuple):
         drive: ``RELEASED``, ``OPEN_LOOP`` or ``CONTROLLER``.
         rhythm: when things happen.
         scene: what is sensed.
-        network: that all lanes share.
-        values: its inputs and nodes' values.
-        servos: the robot's.
+        networks: that drive the lanes.
+        values: their inputs and nodes' values.
+        servos: the robots'.
         streams: (4,) vectors of integers: the lanes' noise.
         draws: (modules x 5,) vectors to draw noise into.
         noise: standard deviation of the noise on a commanded length, in m.
@@ -63,7 +64,7 @@ class Loop(NamedTuple):
     drive: int
     rhythm: Rhythm
     scene: Scene
-    network: Network
+    networks: Networks
     values: Reals
     servos: Servos
     streams: Integers
@@ -125,8 +126,8 @@ def make_recording(
     """Return room for the next control updates of the first lanes.
 
     Args:
-        model: the robot.
-        loop: what drives it.
+        model: the robots.
+        loop: what drives them.
         n_updates: how many control updates.
         record: which fields are wanted besides the path.
         n_trials: how many lanes.
@@ -137,7 +138,7 @@ def make_recording(
     sizes: dict[str, tuple[int, ...]] = {
         "poses": (RODS * model.n_modules, POSE),
         "commands": (INTERNAL * model.n_modules,),
-        "sensed": (loop.network.n_inputs,),
+        "sensed": (loop.networks.n_inputs,),
     }
     assert record <= set(sizes)
     arrays = {k: np.zeros((n_updates if k in record else 0, n_trials, *size)) for k, size in sizes.items()}
@@ -156,36 +157,40 @@ def make_loop(
     *,
     drive: int,
     start: int,
-    width: int,
-    head: HeadOf,
-    controller: Controller | None = None,
+    heads: Sequence[HeadOf],
+    controllers: Sequence[Controller] | None = None,
     noise: Sequence[tuple[int, int, int, int]] | None = None,
 ) -> Loop:
     """Return a loop that begins ``start`` control updates after the drop.
 
     Args:
-        model: the robot.
+        model: the robots.
         scene: what is sensed.
         physics: time step, control period and noise.
         drive: see ``Loop``.
         start: control updates.
-        width: lanes.
-        head: the robot's.
-        controller: that drives it, if it does.
+        heads: per lane its robot's.
+        controllers: per lane the one that drives it, if they do.
         noise: per lane its run's seed, its evaluation's number, its target and its repeat.
     """
-    n = model.n_modules
-    network = no_network() if controller is None else compile_network(controller, 2 * n)
+    n, width = model.n_modules, len(heads)
+    networks, pairs = no_networks(width), []
+    if controllers is not None:
+        of_lane = [(id(c), h.is_end) for c, h in zip(controllers, heads, strict=True)]
+        firsts = [of_lane.index(k) for k in dict.fromkeys(of_lane)]
+        lanes = np.array([[k == of_lane[first] for k in of_lane] for first in firsts])
+        networks = compile_networks([controllers[k] for k in firsts], lanes, 2 * n)
+        # the first pair of outputs drives the head module
+        pairs = [range(n)[::-1] if heads[k].is_end else range(n) for k in firsts]
     return Loop(
         drive=drive,
         rhythm=Rhythm(
             physics.steps_per_control, physics.control_period, round(1.0 / physics.control_period), start
         ),
         scene=scene,
-        network=network,
-        values=reals(network.n_inputs + len(network.bias), width=width),
-        # the first pair of outputs drives the head module
-        servos=make_servos(range(n)[::-1] if head.is_end else range(n), width=width),
+        networks=networks,
+        values=reals(networks.n_inputs + len(networks.bias), width=width),
+        servos=make_servos(pairs, n_modules=n, width=width),
         streams=integers(4, width=width) if noise is None else streams(noise, width=width),
         draws=reals(INTERNAL * n, width=width),
         noise=physics.servo_noise,

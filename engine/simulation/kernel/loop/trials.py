@@ -1,4 +1,4 @@
-"""Trials of one robot from Python: as many as wanted, side by side in the lanes of vectors."""
+"""Trials of robots of one size from Python: as many as wanted, side by side in the lanes of vectors."""
 
 from __future__ import annotations
 
@@ -18,12 +18,15 @@ from engine.simulation.kernel.loop.setup import (
     POSE,
     HeadOf,
     Loop,
+    Recording,
     head_rods,
     make_loop,
     make_recording,
 )
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+from engine.simulation.kernel.physics.model import Model, model_of
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.physics.state import ROD, State, forget, new_state
+from engine.simulation.kernel.threads import threaded
 from engine.simulation.physics import Physics
 from engine.tasks import SQUEEZING_BY_DISTANCE, Task
 from engine.tasks.walls import Wall
@@ -45,18 +48,32 @@ class Motion(NamedTuple):
     sensed: np.ndarray
 
 
+class Start(NamedTuple):
+    """A settled robot, ready for trials.
+
+    Attributes:
+        robot: its numbers.
+        settled: simulations without walls, one of which is the robot's.
+        lane: which.
+        head: the robot's head.
+        controller: that drives it.
+    """
+
+    robot: Robot
+    settled: State
+    lane: int
+    head: HeadOf
+    controller: Controller
+
+
 class Trials:
-    """Trials of one robot, all from the same settled state.
+    """Trials of robots of one size, each from its robot's settled state.
 
     What a trial gives does not depend on the vectors' width or on what else is tried.
 
     Args:
-        model: the robot.
-        settled: simulations without walls, one of which is the settled robot.
-        lane: which.
+        starts: per trial its robot.
         n_updates: control updates between the drop and the trials' begin.
-        head: the robot's head.
-        controller: that drives it.
         targets: (T, 2) targets in the settled head's frame, in m.
         noise: per trial its run's seed, its evaluation's number, its target and its repeat.
         task: what is sensed and how the end scores.
@@ -67,13 +84,9 @@ class Trials:
 
     def __init__(
         self,
-        model: Model,
-        settled: State,
+        starts: Sequence[Start],
         *,
-        lane: int = 0,
         n_updates: int,
-        head: HeadOf,
-        controller: Controller,
         targets: np.ndarray,
         noise: Sequence[tuple[int, int, int, int]],
         task: Task,
@@ -83,23 +96,27 @@ class Trials:
     ) -> None:
         n = len(targets)
         walls = [()] * n if walls is None else walls
-        assert len(noise) == len(walls) == n
-        self.model = model
+        assert len(starts) == len(noise) == len(walls) == n
         self._n = n
         kind = kind_of(task)
+        self.models: list[Model] = []
+        """The robots, a vector's worth each."""
         self.states: list[State] = []
         """The simulations, a vector's worth each."""
         self.loops: list[Loop] = []
         """What drives them."""
         for first in range(0, n, width):
             of_lane = [i if i < n else first for i in range(first, first + width)]
-            state = new_state(model, width=width, n_walls=len(walls[0]))
-            branch(state, settled, lane)
+            of = [starts[i] for i in of_lane]
+            model = model_of([start.robot for start in of])
+            state = new_state(model, n_walls=len(walls[0]))
+            for lane, start in enumerate(of):
+                branch(state, lane, start.settled, start.lane)
             scene = make_scene(
                 kind,
                 units=task.units,
                 by_distance=task.score is SQUEEZING_BY_DISTANCE.score,
-                head=head_rods(head),
+                heads=[head_rods(start.head) for start in of],
                 targets=np.asarray(targets)[of_lane],
                 walls=[walls[i] for i in of_lane],
             )
@@ -109,13 +126,13 @@ class Trials:
                 physics,
                 drive=CONTROLLER,
                 start=n_updates,
-                width=width,
-                head=head,
-                controller=controller,
+                heads=[start.head for start in of],
+                controllers=[start.controller for start in of],
                 noise=[noise[i] for i in of_lane],
             )
             begin(state, loop)
             forget(state)
+            self.models.append(model)
             self.states.append(state)
             self.loops.append(loop)
 
@@ -156,9 +173,9 @@ class Trials:
         return self._joined([by_lane(p.scene.faces).T.reshape(-1, 2, 2) for p in self.loops])
 
     @property
-    def frame(self) -> np.ndarray:
-        """(2, 2) origin and x axis of the settled head's frame, in the world."""
-        return by_lane(self.loops[0].scene.frame)[:, 0].reshape(2, 2).copy()
+    def frames(self) -> np.ndarray:
+        """(T, 2, 2) origin and x axis of the settled heads' frames, in the world."""
+        return self._joined([by_lane(p.scene.frame).T.reshape(-1, 2, 2) for p in self.loops])
 
     @property
     def targets(self) -> np.ndarray:
@@ -173,7 +190,7 @@ class Trials:
     @property
     def rods(self) -> np.ndarray:
         """(T, modules, 6, 13) the states of all rods, see ``engine.simulation.kernel``."""
-        shape = (-1, self.model.n_modules, RODS, ROD)
+        shape = (-1, self.models[0].n_modules, RODS, ROD)
         return self._joined([by_lane(s.rods).T.reshape(shape) for s in self.states])
 
     def give(self, sensed: np.ndarray) -> None:
@@ -181,25 +198,29 @@ class Trials:
         assert not self.in_kernel
         for loop, first in zip(self.loops, range(0, self._n, self._width), strict=True):
             part = sensed[first : first + self._width]
-            inputs = by_lane(loop.values)[: loop.network.n_inputs]
+            inputs = by_lane(loop.values)[: loop.networks.n_inputs]
             inputs[:] = part[0][:, None]
             inputs[:, : len(part)] = part.T
 
-    def run(self, n_updates: int, record: frozenset[str] = NOTHING) -> Motion:
+    def run(self, n_updates: int, record: frozenset[str] = NOTHING, n_threads: int = 1) -> Motion:
         """Move all trials on.
 
         Args:
             n_updates: how many control updates; one, after ``give``, if the task is not in the kernel.
             record: which of ``Motion``'s other fields to fill; those left out are of length 0.
+            n_threads: threads that share the vectors.
         """
         assert self.in_kernel or n_updates == 1
-        recordings = []
-        for k, (state, loop) in enumerate(zip(self.states, self.loops, strict=True)):
+
+        def one(k: int) -> Recording:
+            model, loop = self.models[k], self.loops[k]
             n_trials = min(self._width, self._n - k * self._width)
-            recording = make_recording(self.model, loop, n_updates, record, n_trials=n_trials)
-            run(self.model, state, loop, recording, n_updates)
-            recordings.append(recording)
-        m = self.model.n_modules
+            recording = make_recording(model, loop, n_updates, record, n_trials=n_trials)
+            run(model, self.states[k], loop, recording, n_updates)
+            return recording
+
+        recordings = threaded(one, range(len(self.states)), n_threads)
+        m = self.models[0].n_modules
         path, poses, commands, sensed = (
             np.concatenate(parts, axis=1) for parts in zip(*recordings, strict=True)
         )

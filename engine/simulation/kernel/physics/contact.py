@@ -29,7 +29,8 @@ from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import Mask, Real, Reals, any_lane, load, maximum, select, splat
 from engine.simulation.kernel.lanes.simd import square_root as root
 from engine.simulation.kernel.physics.friction import slide
-from engine.simulation.kernel.physics.state import ACCELERATION, POSE
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.state import ACCELERATION, POSE, State
 
 
 @inlined
@@ -170,22 +171,22 @@ def within_cone(
 
 
 @inlined
-def push_rod(
-    acceleration: Reals,
-    pose: Reals,
-    k: int,
-    r: Point,
-    force: Point,
-    inverse_mass: float,
-    inverse_inertia: float,
-    inverse_spin: float,
-) -> None:
-    """Add to a rod's acceleration what a force does at a point r from its centre of mass."""
-    a = ACCELERATION * k
-    moment = cross(r, force)
-    e = load3(pose, POSE * k)
-    turn = add(scale(moment, inverse_inertia), scale(e, inverse_spin * dot(e, moment)))
-    store3(acceleration, a, add(load3(acceleration, a), scale(force, inverse_mass)))
+def turned_by(moment: Point, axis: Point, inverse_inertia: Real, inverse_spin: Real) -> Point:
+    """Return the angular acceleration that a moment gives a rod."""
+    return add(scale(moment, inverse_inertia), scale(axis, inverse_spin * dot(axis, moment)))
+
+
+@inlined
+def push_place(model: Model, state: State, k: int, r: Point, force: Point) -> None:
+    """Add to the acceleration of the rod at place k what a force does at r from its centre of mass."""
+    acceleration, a = state.work.acceleration, ACCELERATION * k
+    turn = turned_by(
+        cross(r, force),
+        load3(state.work.pose, POSE * k),
+        load(model.place_inertia, k),
+        load(model.place_spin, k),
+    )
+    store3(acceleration, a, add(load3(acceleration, a), scale(force, load(model.place_mass, k))))
     store3(acceleration, a + 3, add(load3(acceleration, a + 3), turn))
 
 

@@ -35,7 +35,8 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
 )
 from engine.simulation.kernel.physics.friction import TINY
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.state import CONTACT, SEARCH, State
 
 NO_CHANGE: float = 1e-300

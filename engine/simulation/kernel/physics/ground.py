@@ -6,18 +6,16 @@ from engine.simulation.kernel.lanes.algebra import add, cross, load3, scale, sto
 from engine.simulation.kernel.lanes.compiling import compiled
 from engine.simulation.kernel.lanes.simd import any_lane, load, splat, square_root, store
 from engine.simulation.kernel.physics.contact import store_inverse, where_there
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
-from engine.simulation.kernel.physics.state import CONTACT, POSE, ROD, State
+from engine.simulation.kernel.physics.state import CONTACT, POSE, State
 
 
 @compiled
 def touch_ground(model: Model, state: State, k: int, n: int) -> int:
-    """List the contacts of a rod's two ends with the ground, after n others; return how many there are."""
-    rods, pose, contact = state.rods, state.work.pose, state.work.contact
-    force = state.contact_force
-    t = k % RODS
-    z = load(rods, ROD * k + 2)
+    """List the contacts of the rod at place k with the ground, after n others; return how many there are."""
+    pose, contact, force = state.work.pose, state.work.contact, state.contact_force
+    z = load(pose, POSE * k + 11)
     e, middle, w = load3(pose, POSE * k), load3(pose, POSE * k + 3), load3(pose, POSE * k + 6)
     simulated = load(state.failed, 0) == 0
     for end in range(2):
@@ -26,24 +24,24 @@ def touch_ground(model: Model, state: State, k: int, n: int) -> int:
         depth = z + arm * e[2] - model.radius
         there = (depth <= 0.0) & simulated
         if not any_lane(there):
-            store3(force, 3 * slot, zero3(rods))
+            store3(force, 3 * slot, zero3(force))
             continue
         # MuJoCo's contact point: halfway between the lowest point of the rod's end and the ground
         r = scale(e, arm)
         r = (r[0], r[1], r[2] - (0.5 * depth + model.radius))
-        velocity = add(load3(rods, ROD * k + 7), cross(w, r))
+        velocity = add(load3(pose, POSE * k + 12), cross(w, r))
         r = sub(r, middle)
         least, most, width = model.contact_impedance
         hard = impedance(depth, least, most, width)
-        soft = (1.0 - hard) * model.contact_weight[t] / hard
-        across, zero = soft * (1.0 / model.impratio), splat(rods, 0.0)
+        soft = (1.0 - hard) * load(model.place_weight, k) / hard
+        across, zero = soft * (1.0 / model.impratio), splat(force, 0.0)
         response = plus_rod(
             (across, zero, zero, across, zero, soft),
             e,
             r,
-            model.inverse_mass[t],
-            model.inverse_inertia[t],
-            model.inverse_spin[t],
+            load(model.place_mass, k),
+            load(model.place_inertia, k),
+            load(model.place_spin, k),
         )
         sought = scale(velocity, -model.contact_damping)
         sought = (sought[0], sought[1], sought[2] - model.contact_stiffness * hard * depth)

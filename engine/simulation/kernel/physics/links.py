@@ -8,7 +8,7 @@ force), 0 in lanes where it is slack; force.
 
 from __future__ import annotations
 
-from engine.simulation.kernel.lanes.algebra import Point, add, cross, dot, load3, scale, store3, sub
+from engine.simulation.kernel.lanes.algebra import add, cross, dot, load3, scale, store3, sub
 from engine.simulation.kernel.lanes.compiling import compiled, inlined
 from engine.simulation.kernel.lanes.simd import (
     Mask,
@@ -21,27 +21,26 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.contact import turned_by
+from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.softness import impedance
-from engine.simulation.kernel.physics.state import LINK, POSE, ROD, State
+from engine.simulation.kernel.physics.state import LINK, POSE, State
 
 
 @compiled
 def find_links(model: Model, state: State) -> None:
     """Find which links are too long or too short."""
-    rods, pose, link = state.rods, state.work.pose, state.work.link
+    pose, link = state.work.pose, state.work.link
     force, linked = state.link_force, state.work.linked
     simulated = load(state.failed, 0) == 0
     shortest, longest = model.link_range
     least, most, width = model.link_impedance
-    for i in range(model.n_islands):
-        a, b = model.islands[2 * i], model.islands[2 * i + 1]
+    for i in range(model.n_links):
+        a, b = 2 * i, 2 * i + 1
         linked[i] = 0
-        if b < 0:
-            continue
         axis_a, axis_b = load3(pose, POSE * a), load3(pose, POSE * b)
-        arm_a, arm_b = scale(axis_a, model.island_arms[2 * i]), scale(axis_b, model.island_arms[2 * i + 1])
-        between = add(sub(load3(rods, ROD * b), load3(rods, ROD * a)), sub(arm_b, arm_a))
+        arm_a, arm_b = scale(axis_a, load(model.link_arms, a)), scale(axis_b, load(model.link_arms, b))
+        between = add(sub(load3(pose, POSE * b + 9), load3(pose, POSE * a + 9)), sub(arm_b, arm_a))
         length = square_root(dot(between, between))
         long, short = length > longest, length < shortest
         there = (long | short) & simulated
@@ -53,18 +52,17 @@ def find_links(model: Model, state: State) -> None:
         along = scale(between, select(long, -one, one))
         depth = select(long, longest - length, length - shortest)
         speed = (
-            dot(sub(load3(rods, ROD * b + 7), load3(rods, ROD * a + 7)), along)
+            dot(sub(load3(pose, POSE * b + 12), load3(pose, POSE * a + 12)), along)
             + dot(load3(pose, POSE * b + 6), cross(arm_b, along))
             - dot(load3(pose, POSE * a + 6), cross(arm_a, along))
         )
         turn_a = cross(sub(arm_a, load3(pose, POSE * a + 3)), along)
         turn_b = cross(sub(arm_b, load3(pose, POSE * b + 3)), along)
-        ta, tb = a % RODS, b % RODS
-        angular_a = _turned_by(turn_a, axis_a, model.inverse_inertia[ta], model.inverse_spin[ta])
-        angular_b = _turned_by(turn_b, axis_b, model.inverse_inertia[tb], model.inverse_spin[tb])
+        angular_a = turned_by(turn_a, axis_a, load(model.place_inertia, a), load(model.place_spin, a))
+        angular_b = turned_by(turn_b, axis_b, load(model.place_inertia, b), load(model.place_spin, b))
         hard = impedance(depth, least, most, width)
-        soft = (1.0 - hard) * model.island_weight[i] / hard
-        response = (model.inverse_mass[ta] + model.inverse_mass[tb]) + soft
+        soft = (1.0 - hard) * load(model.link_weight, i) / hard
+        response = (load(model.place_mass, a) + load(model.place_mass, b)) + soft
         response = response + dot(turn_a, angular_a) + dot(turn_b, angular_b)
         c = LINK * i
         store3(link, c, along)
@@ -76,12 +74,6 @@ def find_links(model: Model, state: State) -> None:
         store(link, c + 16, -(model.link_damping * speed) - model.link_stiffness * hard * depth)
         store(link, c + 17, select(there, 1.0 / response, 0.0))
         store(link, c + 18, select(there, load(force, i), 0.0))
-
-
-@inlined
-def _turned_by(moment: Point, axis: Point, inverse_inertia: float, inverse_spin: float) -> Point:
-    """Return the angular acceleration that a moment gives a rod."""
-    return add(scale(moment, inverse_inertia), scale(axis, inverse_spin * dot(axis, moment)))
 
 
 @inlined
@@ -111,7 +103,7 @@ def relax_link(link: Reals, c: int, acceleration: Reals, a: int, b: int, goes_on
 
 @inlined
 def push_linked(
-    link: Reals, c: int, acceleration: Reals, a: int, b: int, force: Real, mass_a: float, mass_b: float
+    link: Reals, c: int, acceleration: Reals, a: int, b: int, force: Real, mass_a: Real, mass_b: Real
 ) -> None:
     """Add to the accelerations of a link's rods, of inverse masses mass_a and mass_b, what a force does."""
     along = load3(link, c)

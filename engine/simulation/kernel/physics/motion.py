@@ -32,7 +32,8 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.physics.parameters import CABLES, INTERNAL, PASSIVE, RODS, Model
+from engine.simulation.kernel.physics.model import Model, load3_of, store3_of
+from engine.simulation.kernel.physics.parameters import CABLES, INTERNAL, PASSIVE, RODS
 from engine.simulation.kernel.physics.state import ACCELERATION, POSE, ROD, State
 
 TURNED: Final = 18
@@ -78,7 +79,7 @@ def free_motion(model: Model, state: State) -> None:
             )
             if c < PASSIVE:
                 stretch = maximum(length - model.cable_rest, 0.0)
-                push = -(stiffness[m] * stretch) - model.cable_damping * speed
+                push = -(load(stiffness, m) * stretch) - model.cable_damping * speed
             else:
                 command = load(commanded, INTERNAL * m + c - PASSIVE)
                 push = model.servo_gain * (command - length) - model.servo_offset
@@ -107,11 +108,13 @@ def free_motion(model: Model, state: State) -> None:
                 linear = sub(linear, cross(w, cross(w, middle)))
             # adding 0 turns -0 into 0, so that later a constraint that is slack adds exactly nothing
             zero = zero3(rods)
-            store3(acceleration, ACCELERATION * k, add(linear, zero))
-            store3(acceleration, ACCELERATION * k + 3, add(angular, zero))
-            store3(pose, POSE * k, e)
-            store3(pose, POSE * k + 3, middle)
-            store3(pose, POSE * k + 6, w)
+            store3_of(model, acceleration, ACCELERATION, k, 0, add(linear, zero))
+            store3_of(model, acceleration, ACCELERATION, k, 3, add(angular, zero))
+            store3_of(model, pose, POSE, k, 0, e)
+            store3_of(model, pose, POSE, k, 3, middle)
+            store3_of(model, pose, POSE, k, 6, w)
+            store3_of(model, pose, POSE, k, 9, load3(rods, ROD * k))
+            store3_of(model, pose, POSE, k, 12, load3(rods, ROD * k + 7))
 
 
 @inlined
@@ -137,11 +140,11 @@ def integrate(model: Model, state: State) -> None:
     fastest = splat(rods, 0.0)
     for k in range(RODS * model.n_modules):
         rod = ROD * k
-        linear = load3(acceleration, ACCELERATION * k)
-        angular = load3(acceleration, ACCELERATION * k + 3)
+        linear = load3_of(model, acceleration, ACCELERATION, k, 0)
+        angular = load3_of(model, acceleration, ACCELERATION, k, 3)
         if k % RODS == 0:
             # from the centre of mass to the middle, whose motion the state describes
-            linear = sub(linear, cross(angular, load3(pose, POSE * k + 3)))
+            linear = sub(linear, cross(angular, load3_of(model, pose, POSE, k, 3)))
         columns = _columns(rods, rod)
         v, w = load3(rods, rod + 7), load3(rods, rod + 10)
         own = (dot(columns[0], angular), dot(columns[1], angular), dot(columns[2], angular))

@@ -2,8 +2,7 @@
 
 A rod is a body with one free joint, one capsule about its middle and a symmetric inertia. Six rods and the
 cables between them are a module; all modules are alike but for the stiffness of their cables. A link holds
-two rods of neighbouring modules together at points of their axes; a rod has one link at most, so that the
-links divide the rods into islands of one or two.
+two rods of neighbouring modules together at points of their axes; a rod has one link at most.
 """
 
 from __future__ import annotations
@@ -26,16 +25,16 @@ INTERNAL: Final = 5
 """Internal cables of a module, each with an actuator."""
 CABLES: Final = PASSIVE + INTERNAL
 SETTLED: Final = 1e-8
-"""Default of ``Model.settled``, in m/s; ``solver`` says why."""
+"""Default of ``Robot.settled``, in m/s; ``solver`` says why."""
 MOST_SWEEPS: Final = 200
-"""Default of ``Model.most_sweeps``."""
+"""Default of ``Robot.most_sweeps``."""
 JOINT: Final = 7
 """Numbers of a free joint's position: centre and quaternion."""
 _ON_AXIS: Final = 1e-12
 """How far from a rod's axis, in m, the point of a link may lie."""
 
 
-class Model(NamedTuple):
+class Robot(NamedTuple):
     """A robot's numbers, in SI units; m modules, 6 m rods.
 
     Attributes:
@@ -61,16 +60,14 @@ class Model(NamedTuple):
         contact_stiffness, contact_damping: of a contact's reference acceleration.
         link_range: shortest and longest length of a link.
         link_impedance, link_stiffness, link_damping: as of contacts.
-        n_islands: number of islands.
-        islands: (islands x 2,) the rods of an island; -1 in place of a second one.
-        island_of: (6 m,) the island of a rod.
-        island_arms: (islands x 2,) where the island's link meets them, along their axes from the middle.
-        island_weight: (islands,) the link's acceleration per force as built, which scales its softness.
+        links: (links, 2) the rods that each link joins, module by module.
+        link_arms: (links, 2) where it meets them, along their axes from the middle.
+        link_weight: (links,) its acceleration per force as built, which scales its softness.
         speed_limit: speed in m/s that no rod can reach.
         arena_radius: coordinate in m beyond which no rod can get.
         settled: change of a rod's velocity in m/s in one sweep that does not count.
         most_sweeps: sweeps after which forces are taken as they are.
-        apart: (6 m x 6 m,) 1 where two rods pass through each other.
+        apart: (6 m, 6 m) whether two rods pass through each other.
     """
 
     n_modules: int
@@ -103,11 +100,9 @@ class Model(NamedTuple):
     link_impedance: tuple[float, float, float]
     link_stiffness: float
     link_damping: float
-    n_islands: int
-    islands: np.ndarray
-    island_of: np.ndarray
-    island_arms: np.ndarray
-    island_weight: np.ndarray
+    links: np.ndarray
+    link_arms: np.ndarray
+    link_weight: np.ndarray
     speed_limit: float
     arena_radius: float
     settled: float
@@ -115,7 +110,7 @@ class Model(NamedTuple):
     apart: np.ndarray
 
 
-def read_model(model: mujoco.MjModel) -> Model:
+def read_model(model: mujoco.MjModel) -> Robot:
     """Read a robot's numbers.
 
     Raises:
@@ -134,7 +129,7 @@ def read_model(model: mujoco.MjModel) -> Model:
     gravity = model.opt.gravity
     if gravity[0] or gravity[1]:
         raise ValueError(f"the kernel needs gravity to be vertical, not {gravity}")
-    return Model(
+    return Robot(
         n_modules=n,
         timestep=float(model.opt.timestep),
         gravity=-float(gravity[2]),
@@ -146,7 +141,7 @@ def read_model(model: mujoco.MjModel) -> Model:
         **_servos(model),
         **_rods(model, n),
         **_contacts(model),
-        **_links(model, links, link_rods, link_anchors, n_rods),
+        **_links(model, links, link_rods, link_anchors),
         speed_limit=math.inf,
         arena_radius=math.inf,
         settled=SETTLED,
@@ -298,10 +293,8 @@ def _reference(
     return float(root * root), 2.0 / (most * time), (least, most, width)
 
 
-def _links(
-    model: mujoco.MjModel, links: np.ndarray, rods: np.ndarray, anchors: np.ndarray, n_rods: int
-) -> dict[str, Any]:
-    """Return what is said of links, and the islands into which they divide the rods."""
+def _links(model: mujoco.MjModel, links: np.ndarray, rods: np.ndarray, anchors: np.ndarray) -> dict[str, Any]:
+    """Return what is said of links."""
     if len(np.unique(rods)) != rods.size:
         raise ValueError("the kernel needs a rod to have one link at most")
     axis = np.abs(anchors).argmax(axis=2)[..., None]
@@ -321,23 +314,14 @@ def _links(
         )
     else:
         limits, stiffness, damping, impedance = np.zeros(2), 0.0, 0.0, (0.5, 0.5, 1.0)
-    weights = _link_weights(model, links, rods, anchors)
-    alone = np.setdiff1d(np.arange(n_rods), rods)
-    pairs = np.concatenate([rods, np.column_stack([alone, np.full(len(alone), -1)])])
-    order = pairs[:, 0].argsort()
-    island_of = np.empty(n_rods, np.int64)
-    for k, members in enumerate(pairs[order]):
-        island_of[members[members >= 0]] = k
     return {
         "link_range": (float(limits[0]), float(limits[1])),
         "link_impedance": impedance,
         "link_stiffness": stiffness,
         "link_damping": damping,
-        "n_islands": len(pairs),
-        "islands": pairs[order].ravel().astype(np.int64),
-        "island_of": island_of,
-        "island_arms": np.concatenate([arms, np.zeros((len(alone), 2))])[order].ravel(),
-        "island_weight": np.concatenate([weights, np.zeros(len(alone))])[order],
+        "links": rods.astype(np.int64),
+        "link_arms": arms,
+        "link_weight": _link_weights(model, links, rods, anchors),
     }
 
 
@@ -367,11 +351,11 @@ def _link_weights(
 
 
 def _apart(model: mujoco.MjModel, n_rods: int) -> np.ndarray:
-    """Return which rods pass through each other, (rods x rods,)."""
-    apart = np.zeros((n_rods, n_rods), np.uint8)
+    """Return which rods pass through each other, (rods, rods)."""
+    apart = np.zeros((n_rods, n_rods), bool)
     for signature in model.exclude_signature:
         a, b = (int(signature) >> 16) - 1, (int(signature) & 0xFFFF) - 1
         if min(a, b) < 0:
             raise ValueError("the kernel needs excluded contacts to be between rods")
-        apart[a, b] = apart[b, a] = 1
-    return apart.ravel()
+        apart[a, b] = apart[b, a] = True
+    return apart

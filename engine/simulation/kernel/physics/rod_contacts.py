@@ -42,13 +42,14 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.physics.contact import (
     largest_across,
-    push_rod,
     softened,
     store_inverse,
+    turned_by,
     where_there,
     within_cone,
 )
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.model import Model, are_apart, load3_of, store3_of
+from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
@@ -75,7 +76,7 @@ POINTLIKE: Final = 1e-12
 @compiled
 def search_pairs(model: Model, state: State) -> None:
     """List the pairs of rods that are near in any lane, in the order of the first rod, then of the second."""
-    rods, near, apart = state.rods, state.work.near, model.apart
+    rods, near = state.rods, state.work.near
     n_rods = RODS * model.n_modules
     reach = 2.0 * model.radius + MARGIN
     far = reach + 2.0 * model.half_length
@@ -84,9 +85,10 @@ def search_pairs(model: Model, state: State) -> None:
         middle = load3(rods, ROD * i)
         for j in range(i + 1, n_rods):
             between = sub(middle, load3(rods, ROD * j))
-            if apart[n_rods * i + j] or not any_lane(dot(between, between) < far * far):
+            may_touch = ~are_apart(model, i, j) & (dot(between, between) < far * far)
+            if not any_lane(may_touch):
                 continue
-            if any_lane(_least_distance(model, state, i, j) < reach * reach):
+            if any_lane(may_touch & (_least_distance(model, state, i, j) < reach * reach)):
                 near[2 * n], near[2 * n + 1] = i, j
                 n += 1
     state.work.counts[N_NEAR] = n
@@ -110,7 +112,8 @@ def _closest(model: Model, state: State, i: int, j: int) -> tuple[Point, Point, 
     """
     rods, pose, half = state.rods, state.work.pose, model.half_length
     between = sub(load3(rods, ROD * i), load3(rods, ROD * j))
-    a, b = scale(load3(pose, POSE * i), half), scale(load3(pose, POSE * j), half)
+    a = scale(load3_of(model, pose, POSE, i, 0), half)
+    b = scale(load3_of(model, pose, POSE, j, 0), half)
     aa, ab, bb = dot(a, a), -dot(a, b), dot(b, b)
     u, v = -dot(a, between), dot(b, between)
     det = maximum(aa * bb - ab * ab, PARALLEL)
@@ -148,17 +151,18 @@ def _touch(model: Model, state: State, i: int, j: int, n: int) -> int:
     gap = sub(at_j, at_i)
     distance = square_root(dot(gap, gap))
     depth = distance - 2.0 * model.radius
-    there = (depth <= 0.0) & (load(state.failed, 0) == 0)
+    there = (depth <= 0.0) & ~are_apart(model, i, j) & (load(state.failed, 0) == 0)
     if not any_lane(there):
         return n
     normal = scale(gap, 1.0 / maximum(distance, POINTLIKE))
     at_i = add(at_i, scale(normal, model.radius + 0.5 * depth))
     at_j = add(at_i, between)
     velocity = sub(
-        add(load3(rods, ROD * j + 7), cross(load3(pose, POSE * j + 6), at_j)),
-        add(load3(rods, ROD * i + 7), cross(load3(pose, POSE * i + 6), at_i)),
+        add(load3(rods, ROD * j + 7), cross(load3_of(model, pose, POSE, j, 6), at_j)),
+        add(load3(rods, ROD * i + 7), cross(load3_of(model, pose, POSE, i, 6), at_i)),
     )
-    at_i, at_j = sub(at_i, load3(pose, POSE * i + 3)), sub(at_j, load3(pose, POSE * j + 3))
+    at_i = sub(at_i, load3_of(model, pose, POSE, i, 3))
+    at_j = sub(at_j, load3_of(model, pose, POSE, j, 3))
     ti, tj = i % RODS, j % RODS
     least, most, width = model.contact_impedance
     hard = impedance(depth, least, most, width)
@@ -167,7 +171,7 @@ def _touch(model: Model, state: State, i: int, j: int, n: int) -> int:
     for rod, at, kind in ((i, at_i, ti), (j, at_j, tj)):
         response = plus_rod(
             response,
-            load3(pose, POSE * rod),
+            load3_of(model, pose, POSE, rod, 0),
             at,
             model.inverse_mass[kind],
             model.inverse_inertia[kind],
@@ -205,10 +209,12 @@ def relax_pair(model: Model, state: State, n: int, goes_on: Mask) -> Point:
     """Give contact n of two rods the best force while all others stay, and push them; return its change."""
     pair, acceleration = state.work.pair, state.work.acceleration
     i, j = state.work.pair_rods[2 * n], state.work.pair_rods[2 * n + 1]
-    c, ai, aj = PAIR * n, ACCELERATION * i, ACCELERATION * j
+    c = PAIR * n
     normal, f, soft = load3(pair, c), load3(pair, c + 12), load(pair, c + 28)
-    point_i = add(load3(acceleration, ai), cross(load3(acceleration, ai + 3), load3(pair, c + 3)))
-    point_j = add(load3(acceleration, aj), cross(load3(acceleration, aj + 3), load3(pair, c + 6)))
+    turn_i = cross(load3_of(model, acceleration, ACCELERATION, i, 3), load3(pair, c + 3))
+    turn_j = cross(load3_of(model, acceleration, ACCELERATION, j, 3), load3(pair, c + 6))
+    point_i = add(load3_of(model, acceleration, ACCELERATION, i, 0), turn_i)
+    point_j = add(load3_of(model, acceleration, ACCELERATION, j, 0), turn_j)
     across = soft * (1.0 / model.impratio)
     residual = sub(sub(point_j, point_i), load3(pair, c + 9))
     residual = add(residual, add(scale(f, across), scale(normal, (soft - across) * dot(normal, f))))
@@ -225,27 +231,19 @@ def relax_pair(model: Model, state: State, n: int, goes_on: Mask) -> Point:
 @inlined
 def push_pair(model: Model, state: State, n: int, force: Point) -> None:
     """Add to the accelerations of two rods what a force on the second and back on the first does."""
-    pair, acceleration, pose = state.work.pair, state.work.acceleration, state.work.pose
-    i, j = state.work.pair_rods[2 * n], state.work.pair_rods[2 * n + 1]
-    ti, tj = i % RODS, j % RODS
+    pair, rods = state.work.pair, state.work.pair_rods
     back = (-force[0], -force[1], -force[2])
-    push_rod(
-        acceleration,
-        pose,
-        i,
-        load3(pair, PAIR * n + 3),
-        back,
-        model.inverse_mass[ti],
-        model.inverse_inertia[ti],
-        model.inverse_spin[ti],
-    )
-    push_rod(
-        acceleration,
-        pose,
-        j,
-        load3(pair, PAIR * n + 6),
-        force,
-        model.inverse_mass[tj],
-        model.inverse_inertia[tj],
-        model.inverse_spin[tj],
-    )
+    _push_rod(model, state, rods[2 * n], load3(pair, PAIR * n + 3), back)
+    _push_rod(model, state, rods[2 * n + 1], load3(pair, PAIR * n + 6), force)
+
+
+@inlined
+def _push_rod(model: Model, state: State, k: int, r: Point, force: Point) -> None:
+    """Add to rod k's acceleration what a force does at r from its centre of mass."""
+    acceleration, t = state.work.acceleration, k % RODS
+    axis = load3_of(model, state.work.pose, POSE, k, 0)
+    turn = turned_by(cross(r, force), axis, model.inverse_inertia[t], model.inverse_spin[t])
+    linear = add(load3_of(model, acceleration, ACCELERATION, k, 0), scale(force, model.inverse_mass[t]))
+    angular = add(load3_of(model, acceleration, ACCELERATION, k, 3), turn)
+    store3_of(model, acceleration, ACCELERATION, k, 0, linear)
+    store3_of(model, acceleration, ACCELERATION, k, 3, angular)

@@ -25,7 +25,7 @@ def impedance(depth: Real, least: float, most: float, width: float) -> Real:
 
 @inlined
 def plus_rod(
-    s: Symmetric, e: Point, r: Point, inverse_mass: float, inverse_inertia: float, inverse_spin: float
+    s: Symmetric, e: Point, r: Point, inverse_mass: Real, inverse_inertia: Real, inverse_spin: Real
 ) -> Symmetric:
     """Return a matrix plus the acceleration of a point of a rod per force at it.
 

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from engine.simulation.kernel.lanes.algebra import Point, Symmetric, dot, load3, load6, store3
+from engine.simulation.kernel.lanes.algebra import Symmetric, dot, load3, load6, store3
 from engine.simulation.kernel.lanes.compiling import compiled, inlined
 from engine.simulation.kernel.lanes.simd import (
     Mask,
@@ -36,7 +36,7 @@ from engine.simulation.kernel.lanes.simd import (
     splat,
     store,
 )
-from engine.simulation.kernel.physics.contact import push_rod, relax_on_ground, relax_on_wall
+from engine.simulation.kernel.physics.contact import push_place, relax_on_ground, relax_on_wall
 from engine.simulation.kernel.physics.corners import (
     at_walls,
     begin_search,
@@ -46,7 +46,8 @@ from engine.simulation.kernel.physics.corners import (
     remember_forces,
 )
 from engine.simulation.kernel.physics.links import push_linked, relax_link
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.rod_contacts import push_pair, relax_pair
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
@@ -104,16 +105,20 @@ def _couple(model: Model, state: State) -> None:
     for n in range(work.counts[N_PAIRS]):
         # a contact is there in the lanes in which the inverse of its response is not 0
         there = mask_to_integer(load(pair, PAIR * n + 21) > 0.0)
-        for k in range(2):
-            island = model.island_of[work.pair_rods[2 * n + k]]
-            store(coupled, island, load(coupled, island) | there)
+        for end in range(2):
+            m, r = work.pair_rods[2 * n + end] // RODS, work.pair_rods[2 * n + end] % RODS
+            for order in range(model.orders[m], model.orders[m + 1]):
+                place = model.order_places[RODS * order + r]
+                island = place // 2 if place < 2 * model.n_links else place - model.n_links
+                here = there & load(model.order_lanes, order)
+                store(coupled, island, load(coupled, island) | here)
 
 
 @compiled
 def _push_island(model: Model, state: State, i: int) -> None:
     """Add to the accelerations of an island's rods what the forces of the last step do."""
     work = state.work
-    if work.linked[i]:
+    if i < model.n_links and work.linked[i]:
         a, b = model.islands[2 * i], model.islands[2 * i + 1]
         c = LINK * i
         push_linked(
@@ -123,28 +128,14 @@ def _push_island(model: Model, state: State, i: int) -> None:
             ACCELERATION * a,
             ACCELERATION * b,
             load(work.link, c + 18),
-            model.inverse_mass[a % RODS],
-            model.inverse_mass[b % RODS],
+            load(model.place_mass, a),
+            load(model.place_mass, b),
         )
     for side in range(2):
         for n in range(work.contact_start[2 * i + side], work.contact_start[2 * i + side + 1]):
-            _push(model, state, model.islands[2 * i + side], n, load3(work.contact, CONTACT * n + 6))
-
-
-@inlined
-def _push(model: Model, state: State, k: int, n: int, force: Point) -> None:
-    """Add to rod k's acceleration what a force does at contact n."""
-    t = k % RODS
-    push_rod(
-        state.work.acceleration,
-        state.work.pose,
-        k,
-        load3(state.work.contact, CONTACT * n),
-        force,
-        model.inverse_mass[t],
-        model.inverse_inertia[t],
-        model.inverse_spin[t],
-    )
+            c = CONTACT * n
+            r, force = load3(work.contact, c), load3(work.contact, c + 6)
+            push_place(model, state, model.islands[2 * i + side], r, force)
 
 
 @compiled
@@ -176,8 +167,8 @@ def _relax_island(
         over = 1.0 if n_before + sweep < STRAIGHT else OVER
         work.counts[N_SWEEPS] += 1
         before_a, before_b = load6(acceleration, a), load6(acceleration, b)
-        if work.linked[i]:
-            mass_a, mass_b = model.inverse_mass[first % RODS], model.inverse_mass[second % RODS]
+        if i < model.n_links and work.linked[i]:
+            mass_a, mass_b = load(model.place_mass, first), load(model.place_mass, second)
             force = relax_link(link, LINK * i, acceleration, a, b, goes_on, over)
             push_linked(link, LINK * i, acceleration, a, b, force, mass_a, mass_b)
         for side in range(2):
@@ -192,7 +183,7 @@ def _relax_island(
                     )
                 else:
                     moved = relax_on_wall(contact, c, linear, angular, goes_on, model.friction, across, over)
-                _push(model, state, k, n, moved)
+                push_place(model, state, k, load3(contact, c), moved)
         change = maximum(
             _difference(acceleration, a, before_a, model.half_length),
             _difference(acceleration, b, before_b, model.half_length),
@@ -220,7 +211,9 @@ def _relax_corner(model: Model, state: State, i: int, goes_on: Mask) -> None:
         before = change
         for side in range(2):
             for n in range(start[2 * i + side], start[2 * i + side + 1]):
-                _push(model, state, model.islands[2 * i + side], n, go_on(model, state, n, part, goes_on))
+                r = load3(state.work.contact, CONTACT * n)
+                moved = go_on(model, state, n, part, goes_on)
+                push_place(model, state, model.islands[2 * i + side], r, moved)
 
 
 @inlined
@@ -265,7 +258,7 @@ def _keep_forces(model: Model, state: State) -> None:
     """Keep all forces for the next step to start from."""
     work = state.work
     n_islands, n_ground = model.n_islands, 2 * RODS * model.n_modules
-    for i in range(n_islands):
+    for i in range(model.n_links):
         if work.linked[i]:
             store(state.link_force, i, load(work.link, LINK * i + 18))
     n_walls = 0

@@ -11,15 +11,16 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import INTERNAL, RODS
 
 ROD: Final = 13
 """Numbers of a rod's state: centre 3, quaternion 4, velocity 3, angular velocity in its own frame 3."""
 WALL: Final = 8
 """Numbers of a wall: centre 3, half sizes 3, cosine and sine of its turn about the vertical."""
-POSE: Final = 9
-"""Numbers that a step derives of a rod, in the world's axes: unit vector along it, centre of mass from its
-middle, angular velocity."""
+POSE: Final = 15
+"""Numbers of a rod that contacts and links need, in the world's axes: unit vector along it, centre of mass
+from its middle, angular velocity, centre and velocity of the centre."""
 ACCELERATION: Final = 6
 """Numbers of a rod's acceleration: of its centre of mass, less what its turning alone gives, and angular."""
 CONTACT: Final = 26
@@ -40,20 +41,20 @@ class Work(NamedTuple):
     """Memory that a step fills anew; not part of a state.
 
     Attributes:
-        pose: (rods x 9,) see ``POSE``.
-        acceleration: (rods x 6,) see ``ACCELERATION``.
+        pose: (places x 15,) see ``POSE``.
+        acceleration: (places x 6,) see ``ACCELERATION``.
         module: (6 x 18,) rotations and loads of one module's rods.
         contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
         contact_slot: per contact where its force is kept.
-        contact_start: (islands x 2 + 1,) first contact of an island's first and second rod.
+        contact_start: (islands x 2 + 1,) first contact of an island's first and second place.
         search: (contacts x 6,) see ``SEARCH``; none in worlds without walls.
-        link: (islands x 19,) see ``LINK``.
-        linked: (islands,) whether an island's link is taut in any lane.
+        link: (links x 19,) see ``LINK``.
+        linked: (links,) whether a link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
         pair_slot: per contact where its force is kept, -1 for nowhere.
         pair_rods: (pairs x 2,) its rods.
         near: (all pairs x 2,) pairs of rods that may touch before the next search.
-        near_walls: (rods x walls x 2,) the same of rods and walls.
+        near_walls: (places x walls x 2,) places and walls whose rods may touch before the next search.
         counts: see the constants in this module.
         used: slots whose force was set in the last step: pairs' from the start, walls' from ``used_walls``.
         used_walls: where those begin.
@@ -102,7 +103,7 @@ N_COUNTS: Final = 7
 
 
 class State(NamedTuple):
-    """Simulations of one robot, one per lane.
+    """Simulations of robots of one size, one per lane.
 
     Attributes:
         rods: (rods x 13,) see ``ROD``.
@@ -110,9 +111,9 @@ class State(NamedTuple):
         failed: (1,) integers: 0 while a simulation goes on, else one of ``guard``'s codes.
         n_walls: walls of every lane.
         walls: (walls x 8,) see ``WALL``.
-        link_force: (islands,) in N.
-        contact_force: (slots x 3,) in N, in the world's axes: two of every rod with the ground, then two of
-            every rod with every wall.
+        link_force: (links,) in N.
+        contact_force: (slots x 3,) in N, in the world's axes: two of every place with the ground, then two of
+            every place with every wall.
         pair_force: (slots x 3,) in N, on the second rod.
         work: what a step works in.
     """
@@ -132,9 +133,9 @@ KEPT: Final = ("rods", "link_force", "contact_force", "pair_force")
 """The fields from which a simulation goes on with the same bits."""
 
 
-def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
+def new_state(model: Model, *, n_walls: int = 0) -> State:
     """Return simulations at rest, all rods at the origin, with no forces and walls nowhere near."""
-    m, rods, islands = model.n_modules, RODS * model.n_modules, model.n_islands
+    m, rods, width = model.n_modules, RODS * model.n_modules, simd.width_of(model.stiffness)
     pairs, wall_contacts = rods * (rods - 1) // 2, 2 * rods * n_walls
     contacts = 2 * rods + wall_contacts
 
@@ -150,10 +151,10 @@ def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
         module=reals(18 * RODS),
         contact=reals(CONTACT * contacts),
         contact_slot=numbers(contacts),
-        contact_start=numbers(2 * islands + 1),
+        contact_start=numbers(2 * model.n_islands + 1),
         search=reals(SEARCH * contacts if n_walls else 0),
-        link=reals(LINK * islands),
-        linked=numbers(islands),
+        link=reals(LINK * model.n_links),
+        linked=numbers(model.n_links),
         pair=reals(PAIR * pairs),
         pair_slot=numbers(pairs),
         pair_rods=numbers(2 * pairs),
@@ -162,7 +163,7 @@ def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
         counts=numbers(N_COUNTS),
         used=numbers(pairs),
         used_walls=numbers(wall_contacts),
-        coupled=simd.integers(islands, width=width),
+        coupled=simd.integers(model.n_islands, width=width),
         moved=reals(1),
         lane=reals(12),
     )
@@ -172,7 +173,7 @@ def new_state(model: Model, *, width: int, n_walls: int = 0) -> State:
         failed=simd.integers(1, width=width),
         n_walls=n_walls,
         walls=reals(WALL * n_walls),
-        link_force=reals(islands),
+        link_force=reals(model.n_links),
         contact_force=reals(3 * contacts),
         pair_force=reals(3 * PAIRS_OF_MODULE * m),
         work=work,

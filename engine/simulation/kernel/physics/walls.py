@@ -45,10 +45,11 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.physics.capsule_box import NOWHERE, touching_points
 from engine.simulation.kernel.physics.contact import largest_across, softened, store_inverse, where_there
-from engine.simulation.kernel.physics.parameters import RODS, Model
+from engine.simulation.kernel.physics.model import Model
+from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.rod_contacts import MARGIN
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
-from engine.simulation.kernel.physics.state import CONTACT, N_NEAR_WALLS, N_USED_WALLS, POSE, ROD, WALL, State
+from engine.simulation.kernel.physics.state import CONTACT, N_NEAR_WALLS, N_USED_WALLS, POSE, WALL, State
 from engine.tasks.walls import Wall
 
 NOWHERE_NEAR: Final = (0.0, 0.0, -1e3, 1e-3, 1e-3, 1e-3, 1.0, 0.0)
@@ -86,7 +87,7 @@ def read_walls(model: mujoco.MjModel) -> list[Wall]:
 
 @compiled
 def search_walls(model: Model, state: State) -> None:
-    """List the rods and walls that are near each other in any lane, island by island and rod by rod."""
+    """List the places and walls that are near each other in any lane, island by island and place by place."""
     near = state.work.near_walls
     n = 0
     for i in range(2 * model.n_islands):
@@ -103,10 +104,10 @@ def search_walls(model: Model, state: State) -> None:
 
 @inlined
 def _in_box(model: Model, state: State, k: int, w: int) -> tuple[Point, Point, Point, Turn]:
-    """Return rod k's middle and half of its axis in wall w's frame, the wall's half sizes and its turn."""
+    """Return middle and half axis of the rod at place k, in wall w's frame, its half sizes and its turn."""
     walls, c = state.walls, WALL * w
     turn = (load(walls, c + 6), load(walls, c + 7))
-    p = _turned_back(sub(load3(state.rods, ROD * k), load3(walls, c)), turn)
+    p = _turned_back(sub(load3(state.work.pose, POSE * k + 9), load3(walls, c)), turn)
     h = _turned_back(scale(load3(state.work.pose, POSE * k), model.half_length), turn)
     return p, h, load3(walls, c + 3), turn
 
@@ -135,7 +136,7 @@ def _within(p: Point, h: Point, s: Point, reach: float) -> Mask:
 
 @compiled
 def touch_wall(model: Model, state: State, k: int, w: int, n: int) -> int:
-    """List the contacts of a rod with a wall, after n others; return how many there are."""
+    """List the contacts of the rod at place k with a wall, after n others; return how many there are."""
     points = state.work.lane
     p, h, s, turn = _in_box(model, state, k, w)
     near = _within(p, h, s, model.radius) & (load(state.failed, 0) == 0)
@@ -189,7 +190,7 @@ def _touch(
     Args:
         model: the robot.
         state: the simulations.
-        k: the rod.
+        k: the rod's place.
         n: contacts before.
         slot: where the contact's force is kept.
         near: lanes in which it is to be considered.
@@ -202,21 +203,20 @@ def _touch(
     there = near & (depth <= 0.0)
     if not any_lane(there):
         return n
-    rods, pose, contact = state.rods, state.work.pose, state.work.contact
+    pose, contact = state.work.pose, state.work.contact
     normal, r = _turned(normal, turn), _turned(sub(point, p), turn)
-    velocity = add(load3(rods, ROD * k + 7), cross(load3(pose, POSE * k + 6), r))
+    velocity = add(load3(pose, POSE * k + 12), cross(load3(pose, POSE * k + 6), r))
     r = sub(r, load3(pose, POSE * k + 3))
-    t = k % RODS
     least, most, width = model.contact_impedance
     hard = impedance(depth, least, most, width)
-    soft = (1.0 - hard) * model.contact_weight[t] / hard
+    soft = (1.0 - hard) * load(model.place_weight, k) / hard
     response = plus_rod(
         softened(soft, soft * (1.0 / model.impratio), normal),
         load3(pose, POSE * k),
         r,
-        model.inverse_mass[t],
-        model.inverse_inertia[t],
-        model.inverse_spin[t],
+        load(model.place_mass, k),
+        load(model.place_inertia, k),
+        load(model.place_spin, k),
     )
     c = CONTACT * n
     sought = scale(velocity, -model.contact_damping)

@@ -7,6 +7,7 @@ import trimesh
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.materials import load_materials
+from engine.fabrication.parts import assembly
 from engine.fabrication.parts.assembly import robot_glb
 
 BODY = Morphology((3, 9), (1, 2))
@@ -25,6 +26,11 @@ def test_the_scene_is_the_robot_in_metres():
     rod = scene.geometry[geometry].copy().apply_transform(matrix)
     longest = np.linalg.norm(rod.vertices[:, None] - rod.vertices, axis=-1).max()
     assert longest == pytest.approx(0.079, abs=2e-4)
+    # y is up, as glTF has it; in the simulation z is
+    (_, _, points), *_ = assembly._rod_frames(BODY)
+    for r, (a, _) in enumerate(t.RODS):
+        x, y, z = scene.graph[f"m0_rod{r}"][0][:3, 3]
+        assert 1e3 * np.array([x, -z, y]) == pytest.approx(points[a], abs=1e-3)
     # joined nodes are near each other
     for k in range(3):
         matrix, _ = scene.graph[f"link0_{k}"]

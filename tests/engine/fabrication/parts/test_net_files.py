@@ -61,6 +61,7 @@ def test_dxf_is_true_to_scale(level):
     assert document.units == ezdxf.units.MM
     assert not document.audit().errors
     space = document.modelspace()
+    assert space.units == ezdxf.units.MM
     lengths = [e.dxf.start.distance(e.dxf.end) for e in space.query('LINE[layer=="REST"]')]
     assert lengths == pytest.approx([1e3 * design.path] * 24)
     bars = [e.dxf.start.distance(e.dxf.end) for e in space.query('LINE[layer=="ENGRAVE"]')]

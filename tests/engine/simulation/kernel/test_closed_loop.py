@@ -10,12 +10,13 @@ import pytest
 from numba import njit
 
 from engine.body import servo
+from engine.body.morphology import Morphology
 from engine.control.network import NetworkBatch
 from engine.simulation.kernel import step
 from engine.simulation.kernel.lanes import simd
 from engine.simulation.kernel.loop import closed_loop, noise
 from engine.simulation.kernel.loop.dropped import branch
-from engine.simulation.kernel.physics.state import ROD, new_state
+from engine.simulation.kernel.physics.state import KEPT, N_COUPLED, ROD, new_state
 from engine.simulation.rollout import Head
 from engine.tasks import GOAL_REACHING, SQUEEZING, GroundFrame, View
 from engine.tasks.walls import Obstacles
@@ -28,7 +29,9 @@ from tests.support.kernel_driven import (
     drop,
     trial_names,
     trials,
+    trials_of,
 )
+from tests.support.made_up import evolved_controller
 
 TASKS = pytest.mark.parametrize("task", [GOAL_REACHING, SQUEEZING], ids=lambda t: t.name)
 N = 60
@@ -57,6 +60,42 @@ def test_bytes_do_not_depend_on_the_width(task, width, wide):
 def test_bytes_do_not_depend_on_the_company(task, which, wide):
     few = trials(driven(task), which)
     assert all_bytes(few, few.run(N, EVERYTHING)) == [wide[task.name][k] for k in which]
+
+
+OTHER = Morphology((1, 1), (8, 1))
+"""Another of the same size: softer, and with links between other rods."""
+
+
+@TASKS
+def test_bytes_do_not_depend_on_the_robots_beside(task, wide):
+    """Which have their own bodies, heads and controllers."""
+    beside = driven(task, False, OTHER)._replace(controller=evolved_controller(7, 5, task.n_inputs))
+    which = [3, 1, 5, 3, 0]
+    robots = [driven(task), beside, driven(task), beside, beside]
+    mixed = trials_of(robots, which, 8, PHYSICS, task)
+    found = all_bytes(mixed, mixed.run(N, EVERYTHING))
+    alone = trials(beside)
+    expected = all_bytes(alone, alone.run(N, EVERYTHING))
+    for got, k, robot in zip(found, which, robots, strict=True):
+        assert got == (expected if robot is beside else wide[task.name])[k]
+    assert expected[3] != wide[task.name][3]
+
+
+def test_robots_that_settle_side_by_side_are_those_alone():
+    """Landing on their own rods among others, and pulsing."""
+    bodies = [Morphology(1, (2, 3, 4, 1, 2)), Morphology(7, (4, 4, 8, 1, 3)), Morphology(1, (1, 4, 3, 2, 8))]
+    together, others = drop(*bodies), [drop(morphology) for morphology in bodies]
+    recording = together.settle(30, frozenset({"poses"}))
+    pulsed, touched = together.pulse(25)[0], []
+    for lane, alone in enumerate(others):
+        assert recording.poses[:, lane].tobytes() == alone.settle(30, frozenset({"poses"})).poses.tobytes()
+        state = alone.pulse(25)[0]
+        for field in KEPT:
+            ours, theirs = (simd.by_lane(getattr(s, field)) for s in (pulsed, state))
+            assert ours[:, lane].tobytes() == theirs[:, 0].tobytes()
+        touched.append(state.work.counts[N_COUPLED] > 0)
+        assert together.goes_end_first(0.4)[lane] == alone.goes_end_first(0.4)[0]
+    assert touched == [True, False, True]
 
 
 @TASKS
@@ -98,7 +137,7 @@ class Again:
         self.frame = GroundFrame.of(front[:1, None], rear[:1, None])
         assert robot.task.walls(0, 2) == () or len(kernel.walls[0]) == len(robot.task.walls(0, 2))
         self.obstacles = Obstacles([robot.task.walls(k % robot.task.n_targets, 2) for k in range(n)])
-        self.network = NetworkBatch([robot.controller], n_outputs=2 * robot.model.n_modules)
+        self.network = NetworkBatch([robot.controller], n_outputs=2 * robot.numbers.n_modules)
         self.n_updates = robot.dropped.n_updates
 
     def faces(self, centres):
@@ -131,7 +170,7 @@ class Again:
         command = servo.command_angle(frequency, phase, self.n_updates * PHYSICS.control_period)
         if self.robot.head.is_end:
             command = command[:, ::-1]
-        draws = drawn(len(centres), self.robot.task, self.n_updates, 5 * self.robot.model.n_modules)
+        draws = drawn(len(centres), self.robot.task, self.n_updates, 5 * self.robot.numbers.n_modules)
         self.n_updates += 1
         lengths = servo.target_lengths(command)
         return sensed[0], lengths + PHYSICS.servo_noise * draws.reshape(lengths.shape)
@@ -175,13 +214,14 @@ def test_poses_are_those_of_the_physics_alone(task):
     robot = driven(task)
     kernel = trials(robot)
     walls = simd.by_lane(kernel.states[0].walls).copy()
-    state = new_state(robot.model, width=8, n_walls=len(kernel.walls[0]))
-    branch(state, robot.dropped.state, 0)
+    state = new_state(robot.dropped.model, n_walls=len(kernel.walls[0]))
+    for lane in range(8):
+        branch(state, lane, robot.dropped.state, 0)
     simd.by_lane(state.walls)[:] = walls
     motion = kernel.run(20, EVERYTHING)
     for k in range(20):
         simd.by_lane(state.commanded)[:] = motion.commands[k].reshape(8, -1).T
-        step.run(robot.model, state, PHYSICS.steps_per_control)
+        step.run(robot.dropped.model, state, PHYSICS.steps_per_control)
         rods = simd.by_lane(state.rods).T.reshape((*motion.poses[k].shape[:3], -1))
         assert rods[..., :7].tobytes() == motion.poses[k].tobytes()
 
@@ -231,7 +271,7 @@ def test_a_failure_stops_one_lane_and_no_other(wide):
 def test_a_robot_that_failed_before_has_a_path_of_zeros(task):
     robot = driven(task)
     failed = drop(MORPHOLOGY)
-    branch(failed.state, robot.dropped.state, 0)
+    branch(failed.state, 0, robot.dropped.state, 0)
     failed.n_updates = 40
     simd.by_lane(failed.state.failed)[:] = 1
     simd.by_lane(failed.state.rods)[:] = np.nan
@@ -264,7 +304,7 @@ def test_the_head_goes_first(faces, rhythms, end_first):
     dropped = drop(morphology)
     dropped.settle(20)
     before = dropped.state.rods.tobytes()
-    assert dropped.goes_end_first(2.0) == (end_first, 0)
+    assert dropped.goes_end_first(2.0) == [(end_first, 0)]
     assert dropped.state.rods.tobytes() == before
     # the same again without noise, with NumPy's commands
     numbers = np.array(rhythms or (4, 4))

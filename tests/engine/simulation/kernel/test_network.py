@@ -29,7 +29,7 @@ def _logistic(x, out):
 
 def outputs(controller, n_outputs, inputs, width):
     """Return (samples, outputs) for (samples, inputs), ``width`` samples at a time."""
-    net = network.compile_network(controller, n_outputs)
+    net = network.compile_networks([controller], np.full((1, width), True), n_outputs)
     values = simd.reals(net.n_inputs + len(net.bias), width=width)
     found = []
     for k in range(0, len(inputs), width):
@@ -53,6 +53,20 @@ def test_outputs_are_those_of_networkbatch(controller, n_outputs, size, seed):
     np.testing.assert_allclose(found, expected, rtol=1e-13)
     for width in (4, 2, 1):
         assert outputs(controller, n_outputs, inputs, width).tobytes() == found.tobytes()
+
+
+def test_networks_side_by_side_are_those_alone():
+    """Each in all lanes, one after the other."""
+    alone = [chain([1.5, -2.0]), chain([0.3]), chain([-1.0, 2.0, 0.5])]
+    net = network.compile_networks(alone, np.eye(3, 4, dtype=bool), 6)
+    values = simd.reals(net.n_inputs + len(net.bias), width=4)
+    inputs = np.linspace(-1.0, 1.0, 4)[:, None]
+    simd.by_lane(values)[:1] = inputs.T
+    _activate(net, values)
+    for controller, end in zip(alone, net.end, strict=True):
+        found = simd.by_lane(values)[1 + end - 6 : 1 + end].T
+        assert found.tobytes() == outputs(controller, 6, inputs, 4).tobytes()
+    np.testing.assert_array_equal(simd.by_lane(net.lanes), np.eye(3, 4))
 
 
 def chain(weights, response=2.0):

@@ -24,9 +24,9 @@ def test_a_robots_numbers_are_its_models():
     assert model.n_modules == 3
     assert model.timestep == ROBOT.model.opt.timestep
     np.testing.assert_array_equal(1.0 / model.inverse_mass, ROBOT.model.body_mass[1:7])
-    # two joints of three links leave six rods of the ends alone
-    assert (model.islands == -1).sum() == 18 - 2 * 6
-    assert len(model.islands) == 2 * (6 + 6)
+    # two joints of three links, each between neighbours
+    assert (model.links // 6).tolist() == [[0, 1]] * 3 + [[1, 2]] * 3
+    assert len(np.unique(model.links)) == 12
 
 
 def test_walls_are_read_from_a_model():

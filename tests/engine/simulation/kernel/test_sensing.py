@@ -30,8 +30,8 @@ from tests.support.made_up import examples
 
 WIDTH = 8
 N_RODS = 12
-HEAD = (7, 9, 10, 6, 8, 11)
-"""Rods of the front and the rear face."""
+HEADS = [(7, 9, 10, 6, 8, 11), (2, 0, 5, 1, 4, 3)] * 4
+"""Per lane the rods of the front and the rear face: of two robots with heads of their own."""
 TASKS = (GOAL_REACHING, SQUEEZING)
 IN_ALL_UNITS = [task.sensing(units) for task in TASKS for units in ("centimetres", "relative")]
 IN_ALL_UNITS.append(SQUEEZING_BY_DISTANCE)
@@ -39,13 +39,13 @@ IN_ALL_UNITS.append(SQUEEZING_BY_DISTANCE)
 
 @njit
 def _begin(rods, failed, scene, walls):
-    sensing.look(rods, simd.load(failed, 0), scene)
+    sensing.look(rods, failed, scene)
     sensing.place(scene, walls)
 
 
 @njit
 def _sense(rods, failed, scene, inputs, scores):
-    sensing.look(rods, simd.load(failed, 0), scene)
+    sensing.look(rods, failed, scene)
     sensing.sense(scene, inputs)
     sensing.score(scene, scores)
 
@@ -64,29 +64,31 @@ def rods_at(centres):
     return rods
 
 
-def faces(centres):
+def faces(centres, heads):
     """Return the horizontal (lanes, 2) middles of the front and the rear face."""
-    return centres[:, HEAD[:3], :2].mean(axis=1), centres[:, HEAD[3:], :2].mean(axis=1)
+    rods = np.take_along_axis(centres, np.array(heads)[..., None], axis=1)
+    return rods[:, :3, :2].mean(axis=1), rods[:, 3:, :2].mean(axis=1)
 
 
 class Trial:
     """One trial per lane, in the kernel and as a task's View has it."""
 
-    def __init__(self, task, settled, walls, targets, width=WIDTH):
-        self.task, self.walls, self.targets = task, walls, targets
+    def __init__(self, task, settled, walls, targets, heads=HEADS):
+        width = len(heads)
+        self.task, self.walls, self.targets, self.heads = task, walls, targets, heads
         kind = sensing.kind_of(task)
         self.scene = sensing.make_scene(
             kind,
             units=task.units,
             by_distance=task.score is SQUEEZING_BY_DISTANCE.score,
-            head=HEAD,
+            heads=heads,
             targets=targets,
             walls=walls,
         )
         self.failed = simd.integers(1, width=width)
         self.placed = simd.reals(WALL * len(walls[0]), width=width)
         _begin(rods_at(settled), self.failed, self.scene, self.placed)
-        front, rear = faces(settled)
+        front, rear = faces(settled, heads)
         self.frame = GroundFrame.of(front[:, None], rear[:, None])
         self.width = width
 
@@ -98,7 +100,7 @@ class Trial:
 
     def view(self, centres):
         """Return what the task sees: every lane is a robot of one copy."""
-        front, rear = faces(centres)
+        front, rear = faces(centres, self.heads)
         return View(
             front=front[:, None],
             rear=rear[:, None],
@@ -185,14 +187,14 @@ def test_walls_stand_where_the_frame_places_them():
 def head_at(x, y, turn=0.0):
     """Return the (1, rods, 3) centres of a robot whose head is somewhere and points somewhere."""
     centres = np.zeros((1, N_RODS, 3))
-    centres[0, HEAD[:3], :2] = x, y
-    centres[0, HEAD[3:], :2] = x - 0.1 * math.cos(turn), y - 0.1 * math.sin(turn)
+    centres[0, HEADS[0][:3], :2] = x, y
+    centres[0, HEADS[0][3:], :2] = x - 0.1 * math.cos(turn), y - 0.1 * math.sin(turn)
     return centres
 
 
 def one_trial(task, walls=(), target=0):
     offsets = target_offsets(task)[target : target + 1]
-    return Trial(task, head_at(3.0, -2.0, 1.0), [walls], offsets, width=1)
+    return Trial(task, head_at(3.0, -2.0, 1.0), [walls], offsets, HEADS[:1])
 
 
 def in_frame(x, y, turn=0.0):
@@ -262,7 +264,7 @@ def test_lanes_have_the_same_bits_alone():
     together = [np.column_stack(wide.felt(centres)) for centres in states]
     for lane in range(WIDTH):
         part = slice(lane, lane + 1)
-        alone = Trial(SQUEEZING, settled[part], trial.walls[part], trial.targets[part], width=1)
+        alone = Trial(SQUEEZING, settled[part], trial.walls[part], trial.targets[part], HEADS[part])
         for centres, expected in zip(states, together, strict=True):
             assert np.column_stack(alone.felt(centres[part])).tobytes() == expected[part].tobytes()
 

@@ -12,28 +12,37 @@ from numba import njit
 
 from engine.body import servo
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.loop import servos
+from engine.simulation.kernel.loop import network, servos
 from tests.support.made_up import examples
 
 
 @njit
-def _command(model, values, time, commanded):
-    servos.choose(model, values, 0)
+def _command(model, networks, values, time, commanded):
+    servos.choose(model, networks, values)
     servos.turn(model, time)
     servos.command(model, commanded)
 
 
 def commanded(outputs, time, pairs, width):
     """Return (samples, modules, 5) lengths for (samples, 2 x modules) outputs."""
-    model = servos.make_servos(pairs, width=width)
-    values = simd.reals(outputs.shape[1], width=width)
-    lengths = simd.reals(5 * len(pairs), width=width)
+    n = len(pairs)
+    model = servos.make_servos([pairs], n_modules=n, width=width)
+    networks = driving(np.full((1, width), True), 2 * n)
+    values, lengths = simd.reals(2 * n, width=width), simd.reals(5 * n, width=width)
     found = []
     for k in range(0, len(outputs), width):
         simd.by_lane(values)[:] = outputs[k : k + width].T
-        _command(model, values, time, lengths)
-        found.append(simd.by_lane(lengths).T.reshape(width, len(pairs), 5).copy())
+        _command(model, networks, values, time, lengths)
+        found.append(simd.by_lane(lengths).T.reshape(width, n, 5).copy())
     return np.concatenate(found)
+
+
+def driving(lanes, n_outputs):
+    """Return networks of outputs alone, and which (networks, lanes) they drive."""
+    networks = network.no_networks(lanes.shape[1])
+    driven = simd.integers(len(lanes), width=lanes.shape[1])
+    simd.by_lane(driven)[:] = lanes
+    return networks._replace(end=n_outputs * np.arange(1, len(lanes) + 1), lanes=driven)
 
 
 def expected(outputs, time, pairs):
@@ -55,6 +64,18 @@ def test_commands_are_engine_servos(update, outputs, pairs):
     np.testing.assert_allclose(found, expected(outputs, time, pairs), rtol=0.0, atol=1e-14)
     for width in (4, 2, 1):
         assert commanded(outputs, time, pairs, width).tobytes() == found.tobytes()
+
+
+def test_every_lane_is_driven_by_its_own_network():
+    outputs = np.random.default_rng(1).uniform(size=(8, 2, 6))
+    pairs, first = [(0, 1, 2), (2, 1, 0)], np.arange(8) % 3 == 0
+    model = servos.make_servos(pairs, n_modules=3, width=8)
+    values, lengths = simd.reals(12, width=8), simd.reals(15, width=8)
+    simd.by_lane(values)[:] = outputs.reshape(8, 12).T
+    _command(model, driving(np.array([first, ~first]), 6), values, 0.4, lengths)
+    alone = [commanded(outputs[:, k], 0.4, pairs[k], 8) for k in range(2)]
+    found = simd.by_lane(lengths).T.reshape(8, 3, 5)
+    np.testing.assert_array_equal(found, np.where(first[:, None, None], *alone))
 
 
 def test_every_frequency_and_phase_can_be_chosen():
