@@ -27,6 +27,8 @@ CONTACT: Final = 26
 """Numbers of a contact of a rod with the ground or a wall (``contacts``)."""
 PAIR: Final = 29
 """Numbers of a contact of two rods (``rod_contacts``)."""
+SEARCH: Final = 6
+"""Numbers of a contact in a search for forces (``corners``): force before a sweep 3, last changes 3."""
 LINK: Final = 19
 """Numbers of a link (``links``)."""
 OWN_PAIRS: Final = RODS * (RODS - 1) // 2
@@ -45,6 +47,7 @@ class Work(NamedTuple):
         contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
         contact_slot: per contact where its force is kept.
         contact_start: (islands x 2 + 1,) first contact of an island's first and second place.
+        search: (contacts x 6,) see ``SEARCH``; none in worlds without walls.
         link: (links x 19,) see ``LINK``.
         linked: (links,) whether a link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
@@ -66,6 +69,7 @@ class Work(NamedTuple):
     contact: np.ndarray
     contact_slot: np.ndarray
     contact_start: np.ndarray
+    search: np.ndarray
     link: np.ndarray
     linked: np.ndarray
     pair: np.ndarray
@@ -148,6 +152,7 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
         contact=reals(CONTACT * contacts),
         contact_slot=numbers(contacts),
         contact_start=numbers(2 * model.n_islands + 1),
+        search=reals(SEARCH * contacts if n_walls else 0),
         link=reals(LINK * model.n_links),
         linked=numbers(model.n_links),
         pair=reals(PAIR * pairs),

@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from engine.body.morphology import Morphology
 from engine.simulation.kernel.batch import KernelBatch
-from engine.simulation.model import with_walls
+from engine.simulation.model import build_robot, with_walls
 from tests.support.kernel_recorded import (
     ACROSS,
     BETWEEN,
@@ -23,6 +24,9 @@ from tests.support.kernel_recorded import (
 )
 
 EXACT = {"settled": 1e-12, "most_sweeps": 20_000}
+SETTLED = 70
+"""Control updates after which a robot rests."""
+CHAIN = build_robot(Morphology(3, (2, 7, 1, 4)), PHYSICS)
 
 
 @pytest.fixture(scope="module", params=["free", "gate", "steps"])
@@ -54,27 +58,33 @@ def test_a_step_of_a_run_is_newtons(recorded):
     """A run's sweeps end early; states without known forces are the worst for it."""
     robot, walls, states = recorded
     error = np.abs(of_centres(stepped(robot, walls, states)) - of_centres(states.next_qvel)).max(axis=(1, 2))
-    assert error.max() < (1e-3 if walls else 2e-7)
-    assert np.quantile(error, 0.9) < (2e-5 if walls else 1e-7)
-    assert np.median(error) < 3e-8
+    assert error.max() < (1e-8 if walls else 2e-7)
+    assert np.quantile(error, 0.9) < (3e-9 if walls else 1e-7)
+    assert np.median(error) < (1e-9 if walls else 3e-8)
 
 
 @pytest.mark.parametrize(
-    ("robot", "walls", "bound"), [(FREE, (), 1e-6), (BETWEEN, GATE, 1e-6)], ids=["free", "gate"]
+    ("robot", "walls", "seed", "bound"),
+    [(FREE, (), 2, 1e-5), (CHAIN, (), 2, 1e-7), (BETWEEN, GATE, 2, 1e-8), (ACROSS, STEPS, 3, 1e-7)],
+    ids=["free", "chain", "gate", "steps"],
 )
-def test_a_second_is_newtons(robot, walls, bound):
-    """From a settled robot on, all rods stay within a bound in m."""
-    lengths = commands(robot.n_modules, 120, seed=2, released=70)
+def test_forty_seconds_are_newtons(robot, walls, seed, bound):
+    """From a settled robot on, all rods stay within a bound in m; within 1e-8 m for the first second."""
+    lengths = commands(robot.n_modules, SETTLED + 2000, seed, released=SETTLED)
     model = newton(with_walls(robot, walls))
     data = mujoco.MjData(model)
     kernel = KernelBatch([robot], copies=1, physics=PHYSICS, walls=[walls])
-    far = []
-    for u, control in enumerate(lengths):
+    far, path = [], [0.0]
+    for control in lengths:
+        before = data.qpos.copy()
         data.ctrl[:] = control
         mujoco.mj_step(model, data, PHYSICS.steps_per_control)
         kernel.step(control.reshape(1, 1, -1, 5))
-        if u >= 70:
-            rods = data.qpos.reshape(-1, 7)[:, :3]
-            far.append(np.abs(kernel.all_rods().reshape(-1, 3) - rods).max())
+        rods = data.qpos.reshape(-1, 7)[:, :3]
+        far.append(np.abs(kernel.all_rods().reshape(-1, 3) - rods).max())
+        path.append(np.abs(data.qpos - before).max())
+    assert max(far[: SETTLED + 50]) < 1e-8
     assert max(far) < bound
+    # it is no rest that is compared
+    assert min(path[SETTLED + 50 :]) > 1e-5
     assert kernel.alive.all()
