@@ -12,7 +12,7 @@ from engine.control.genome import Controller
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.kernel.loop.dropped import Dropped
 from engine.simulation.kernel.loop.trials import Start, Trials
-from engine.simulation.kernel.physics.parameters import Robot
+from engine.simulation.kernel.robots.parameters import Robot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head

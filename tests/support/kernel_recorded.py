@@ -12,9 +12,9 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.simulation.kernel import guard
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.model import model_of
 from engine.simulation.kernel.physics.state import forget, new_state
 from engine.simulation.kernel.physics.walls import place_walls
+from engine.simulation.kernel.robots.model import model_of
 from engine.simulation.kernel.step import run
 from engine.simulation.model import build_robot, with_walls
 from engine.simulation.physics import Physics

@@ -6,6 +6,7 @@ the kernel is.
 Read in this order:
 
 - ``lanes/``: vectors whose lanes hold simulations.
+- ``robots/``: the robots in the lanes.
 - ``physics/``: the parts of one time step.
 - ``guard``: which simulations have diverged.
 - ``step``: as many time steps as wanted.

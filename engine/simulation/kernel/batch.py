@@ -13,10 +13,10 @@ from llvmlite import binding
 from engine.simulation.divergence import BLOCK, Failure, History
 from engine.simulation.kernel import guard
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.model import model_of
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, new_state, restore, save
 from engine.simulation.kernel.physics.walls import place_walls
+from engine.simulation.kernel.robots.model import model_of
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.step import run
 from engine.simulation.model import RobotModel
 from engine.simulation.physics import Physics

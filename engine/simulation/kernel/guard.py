@@ -12,9 +12,9 @@ from engine.simulation.kernel.lanes.algebra import dot, load3
 from engine.simulation.kernel.lanes.bare import bare
 from engine.simulation.kernel.lanes.compiling import compiled
 from engine.simulation.kernel.lanes.simd import absolute, load, maximum, select, splat, store, to_integer
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot, read_model
 from engine.simulation.kernel.physics.state import ROD, State
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS, Robot, read_model
 from engine.simulation.model import RobotModel
 
 GOES_ON: Final = 0

@@ -22,8 +22,8 @@ from engine.simulation.kernel.lanes.simd import by_lane, width_of
 from engine.simulation.kernel.loop.closed_loop import SLACK
 from engine.simulation.kernel.loop.dropped import Dropped
 from engine.simulation.kernel.loop.setup import Recording
-from engine.simulation.kernel.physics.parameters import INTERNAL, Robot
 from engine.simulation.kernel.physics.state import ROD
+from engine.simulation.kernel.robots.parameters import INTERNAL, Robot
 from engine.simulation.kernel.simulations import KernelSimulations, mujoco_state
 from engine.simulation.kernel.threads import threaded
 from engine.simulation.model import RobotModel

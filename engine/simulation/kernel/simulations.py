@@ -11,8 +11,8 @@ import numpy as np
 
 from engine.simulation.divergence import Failure
 from engine.simulation.kernel.lanes.simd import by_lane
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS
 from engine.simulation.kernel.physics.state import ROD, State
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS
 from engine.simulation.model import RobotModel, with_walls
 from engine.simulation.physics import Physics
 from engine.tasks.walls import Wall

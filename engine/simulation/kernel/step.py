@@ -8,12 +8,12 @@ from engine.simulation.kernel.lanes.compiling import compiled, entry_point, inli
 from engine.simulation.kernel.lanes.simd import any_lane, load, store
 from engine.simulation.kernel.physics.ground import touch_ground
 from engine.simulation.kernel.physics.links import find_links
-from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.motion import free_motion, integrate
 from engine.simulation.kernel.physics.rod_contacts import MARGIN, find_pairs, search_pairs
 from engine.simulation.kernel.physics.solver import solve
 from engine.simulation.kernel.physics.state import N_NEAR, N_NEAR_WALLS, State
 from engine.simulation.kernel.physics.walls import forget_walls, search_walls, touch_wall
+from engine.simulation.kernel.robots.model import Model
 
 
 @compiled

@@ -26,8 +26,8 @@ from engine.simulation.kernel.loop.noise import gaussians
 from engine.simulation.kernel.loop.sensing import PYTHON, look, place, position, score, sense
 from engine.simulation.kernel.loop.servos import choose, command, turn
 from engine.simulation.kernel.loop.setup import CONTROLLER, POSE, RELEASED, Loop, Recording
-from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.state import ROD, State
+from engine.simulation.kernel.robots.model import Model
 from engine.simulation.kernel.step import advance
 
 SLACK: Final = 1.0

@@ -23,9 +23,9 @@ from engine.simulation.kernel.loop.setup import (
     make_loop,
     make_recording,
 )
-from engine.simulation.kernel.physics.model import model_of
-from engine.simulation.kernel.physics.parameters import Robot
 from engine.simulation.kernel.physics.state import KEPT, ROD, State, forget, new_state
+from engine.simulation.kernel.robots.model import model_of
+from engine.simulation.kernel.robots.parameters import Robot
 from engine.simulation.physics import Physics
 
 

@@ -34,7 +34,7 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.lanes.transcendental import sine_and_cosine
 from engine.simulation.kernel.loop.network import Networks
-from engine.simulation.kernel.physics.parameters import INTERNAL
+from engine.simulation.kernel.robots.parameters import INTERNAL
 
 N_COMMANDS: Final = len(FREQUENCIES) * len(PHASES)
 """Different commands at any time: phase p of frequency f is number f x phases + p."""

@@ -13,8 +13,8 @@ from engine.simulation.kernel.loop.network import Networks, compile_networks, no
 from engine.simulation.kernel.loop.noise import streams
 from engine.simulation.kernel.loop.sensing import Scene
 from engine.simulation.kernel.loop.servos import Servos, make_servos
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS
 from engine.simulation.physics import Physics
 
 RELEASED: Final = 0

@@ -23,9 +23,9 @@ from engine.simulation.kernel.loop.setup import (
     make_loop,
     make_recording,
 )
-from engine.simulation.kernel.physics.model import Model, model_of
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.physics.state import ROD, State, forget, new_state
+from engine.simulation.kernel.robots.model import Model, model_of
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.threads import threaded
 from engine.simulation.physics import Physics
 from engine.tasks import SQUEEZING_BY_DISTANCE, Task

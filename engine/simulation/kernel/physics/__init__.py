@@ -2,8 +2,6 @@
 
 Read in this order:
 
-- ``parameters``: every number, read from a compiled MuJoCo model. ``scope``: which models are refused.
-- ``model``: the robots of a vector's lanes, and places, by which what links join is kept.
 - ``state``: what a simulation is between two steps.
 - ``motion``: free motion: cables, servos, gravity, turning.
 - ``softness``: MuJoCo's impedance and reference acceleration. ``friction``: the cone.

@@ -29,8 +29,8 @@ from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import Mask, Real, Reals, any_lane, load, maximum, select, splat
 from engine.simulation.kernel.lanes.simd import square_root as root
 from engine.simulation.kernel.physics.friction import slide
-from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.state import ACCELERATION, POSE, State
+from engine.simulation.kernel.robots.model import Model
 
 
 @inlined

@@ -35,9 +35,9 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
 )
 from engine.simulation.kernel.physics.friction import TINY
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.state import CONTACT, SEARCH, State
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import RODS
 
 NO_CHANGE: float = 1e-300
 """A change of forces below which there is no direction to go on in."""

@@ -6,9 +6,9 @@ from engine.simulation.kernel.lanes.algebra import add, cross, load3, scale, sto
 from engine.simulation.kernel.lanes.compiling import compiled
 from engine.simulation.kernel.lanes.simd import any_lane, load, splat, square_root, store
 from engine.simulation.kernel.physics.contact import store_inverse, where_there
-from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
 from engine.simulation.kernel.physics.state import CONTACT, POSE, State
+from engine.simulation.kernel.robots.model import Model
 
 
 @compiled

@@ -22,9 +22,9 @@ from engine.simulation.kernel.lanes.simd import (
     store,
 )
 from engine.simulation.kernel.physics.contact import turned_by
-from engine.simulation.kernel.physics.model import Model
 from engine.simulation.kernel.physics.softness import impedance
 from engine.simulation.kernel.physics.state import LINK, POSE, State
+from engine.simulation.kernel.robots.model import Model
 
 
 @compiled

@@ -32,9 +32,9 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.physics.model import Model, load3_of, store3_of
-from engine.simulation.kernel.physics.parameters import CABLES, INTERNAL, PASSIVE, RODS
 from engine.simulation.kernel.physics.state import ACCELERATION, POSE, ROD, State
+from engine.simulation.kernel.robots.model import Model, load3_of, store3_of
+from engine.simulation.kernel.robots.parameters import CABLES, INTERNAL, PASSIVE, RODS
 
 TURNED: Final = 18
 """Numbers of a rod in ``Work.module``: the columns of its rotation 9, angular velocity in the world's axes 3,

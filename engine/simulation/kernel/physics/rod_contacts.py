@@ -48,8 +48,6 @@ from engine.simulation.kernel.physics.contact import (
     where_there,
     within_cone,
 )
-from engine.simulation.kernel.physics.model import Model, are_apart, load3_of, store3_of
-from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
@@ -63,6 +61,8 @@ from engine.simulation.kernel.physics.state import (
     ROD,
     State,
 )
+from engine.simulation.kernel.robots.model import Model, are_apart, load3_of, store3_of
+from engine.simulation.kernel.robots.parameters import RODS
 
 MARGIN: Final = 0.01
 """Pairs that come closer than this to a contact are near, in m. From 5 to 15 mm the cost hardly changes."""

@@ -46,8 +46,6 @@ from engine.simulation.kernel.physics.corners import (
     remember_forces,
 )
 from engine.simulation.kernel.physics.links import push_linked, relax_link
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.rod_contacts import push_pair, relax_pair
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
@@ -61,6 +59,8 @@ from engine.simulation.kernel.physics.state import (
     PAIR,
     State,
 )
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import RODS
 
 STRAIGHT: Final = 6
 """Sweeps before forces are moved further than they seek."""

@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import INTERNAL, RODS
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import INTERNAL, RODS
 
 ROD: Final = 13
 """Numbers of a rod's state: centre 3, quaternion 4, velocity 3, angular velocity in its own frame 3."""

@@ -45,11 +45,11 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.physics.capsule_box import NOWHERE, touching_points
 from engine.simulation.kernel.physics.contact import largest_across, softened, store_inverse, where_there
-from engine.simulation.kernel.physics.model import Model
-from engine.simulation.kernel.physics.parameters import RODS
 from engine.simulation.kernel.physics.rod_contacts import MARGIN
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
 from engine.simulation.kernel.physics.state import CONTACT, N_NEAR_WALLS, N_USED_WALLS, POSE, WALL, State
+from engine.simulation.kernel.robots.model import Model
+from engine.simulation.kernel.robots.parameters import RODS
 from engine.tasks.walls import Wall
 
 NOWHERE_NEAR: Final = (0.0, 0.0, -1e3, 1e-3, 1e-3, 1e-3, 1.0, 0.0)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from engine.body.morphology import Morphology
-from engine.simulation.kernel.physics import scope
-from engine.simulation.kernel.physics.parameters import read_model
 from engine.simulation.kernel.physics.walls import read_walls
+from engine.simulation.kernel.robots import scope
+from engine.simulation.kernel.robots.parameters import read_model
 from engine.simulation.model import build_robot, with_walls
 from engine.simulation.physics import Physics
 from engine.tasks.walls import Wall

@@ -11,7 +11,7 @@ from numba import njit
 from engine.body.morphology import Morphology
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics import model as m
+from engine.simulation.kernel.robots import model as m
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
 from tests.support.made_up import examples

@@ -27,7 +27,7 @@ from engine.simulation.kernel.lanes.simd import (
     reals,
     splat,
 )
-from engine.simulation.kernel.physics.parameters import RODS, Robot
+from engine.simulation.kernel.robots.parameters import RODS, Robot
 
 _OWN: Final = frozenset({"stiffness", "speed_limit", "links", "link_arms", "link_weight", "apart"})
 """The fields of ``Robot`` that may differ between robots that share a vector."""

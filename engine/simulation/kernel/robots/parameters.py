@@ -15,7 +15,7 @@ import numpy as np
 
 from engine.body.kinematics import points_on, rotation_rows
 from engine.exact import length
-from engine.simulation.kernel.physics.scope import refuse_unknown, same_for_all
+from engine.simulation.kernel.robots.scope import refuse_unknown, same_for_all
 
 RODS: Final = 6
 """Rods of a module."""
