@@ -17,7 +17,7 @@ from engine.search.baselines import MorphologyMapElites, RandomSearch
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
-from engine.search.variation import PUBLISHED, VariationConfig
+from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig
@@ -25,6 +25,9 @@ from engine.tasks import Bonus, Sensors, Task, get_task
 
 INLINE: Final = "inline"
 """Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
+
+_MAX_COUNT: Final = 2**40
+"""Largest number of a node or an innovation of a given robot: the run counts on from there."""
 
 AlgorithmName = Literal["dm-me", "map-elites", "map-elites-2d", "vie-neat", "random"]
 
@@ -108,8 +111,49 @@ def task_of(config: RunConfig) -> Task:
     return get_task(config.task, config.sensors, config.bonus)
 
 
-def create_algorithm(config: RunConfig) -> Algorithm:
-    """Return a fresh algorithm for a configuration."""
+def create_algorithm(config: RunConfig, given: Sequence[GivenRobot] = ()) -> Algorithm:
+    """Return a fresh algorithm for a configuration.
+
+    Args:
+        config: of the run.
+        given: robots that it starts from.
+
+    Raises:
+        InvalidData: a given robot does not fit the configuration, or they are too many.
+    """
+    for robot in given:
+        _check_given(config, robot)
+    algorithm = _create_algorithm(config)
+    algorithm.begin_with(given)
+    return algorithm
+
+
+def _check_given(config: RunConfig, robot: GivenRobot) -> None:
+    """Make sure that a given robot could be one of the run's own."""
+    body, controller = robot.morphology, robot.controller
+    n_inputs = get_task(config.task).n_inputs
+    if config.algorithm == "vie-neat":
+        raise InvalidData("vie-neat pairs bodies with controllers anew and cannot start from given robots")
+    if controller.n_inputs != n_inputs:
+        raise InvalidData(
+            f"{robot.origin} senses {controller.n_inputs} numbers; robots of {config.task} sense {n_inputs}"
+        )
+    if body.stiffness_mode != config.stiffness:
+        raise InvalidData(
+            f"{robot.origin} is of a run with --stiffness {body.stiffness_mode}; this one has"
+            f" {config.stiffness}"
+        )
+    search = "rhythms" if body.rhythms else "together"
+    if search != config.head_search:
+        raise InvalidData(
+            f"{robot.origin} is of a run with --head-search {search}; this one has {config.head_search}"
+        )
+    numbers = [n.key for n in controller.nodes] + [link.innovation for link in controller.connections]
+    if max(map(abs, numbers)) > _MAX_COUNT:
+        raise InvalidData(f"{robot.origin} has a node or an innovation with a number above {_MAX_COUNT}")
+
+
+def _create_algorithm(config: RunConfig) -> Algorithm:
     common: dict[str, Any] = {
         "n_inputs": get_task(config.task).n_inputs,
         "stiffness": config.stiffness,

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import shlex
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -17,9 +17,11 @@ from tyro.constructors import ConstructorRegistry, StructConstructorSpec, Struct
 from app.cli.progress import ProgressDisplay
 from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
+from engine.analysis.given_robots import read_robots
 from engine.config import DEFAULT_PRESET, RunConfig, inline_tables, replaced
 from engine.errors import as_typed
 from engine.runs import evolve
+from engine.search.variation import GivenRobot
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
 from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
@@ -39,6 +41,8 @@ class Evolve:
     """atlas (ours), paper (the published experiment), quick (a short atlas) or smoke (seconds)."""
     file: Annotated[Path | None, tyro.conf.arg(name="config")] = None
     """TOML file that describes the run; it may name the preset, and other flags win over it."""
+    given: Annotated[tuple[str, ...], tyro.conf.arg(name="from")] = ()
+    """Robots to evaluate first: RUN.tsmr (its elites), RUN.tsmr:3,4:5,7 (cells), genotype.json, table.csv."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
     """Who computes the evaluations; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]
@@ -48,14 +52,15 @@ class Evolve:
         """Compute the run.
 
         Raises:
-            RunFileError: the file exists or cannot be written.
-            InvalidData: a flag or the physics is out of range.
+            RunFileError: the file exists or cannot be written, or one to start from cannot be read.
+            InvalidData: a flag or the physics is out of range, or a robot to start from does not fit.
             ClusterError: the workers cannot be started or reached.
         """
         # a user's task is found again only if its file is named
         file = get_task(self.config.task).file
         prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
-        _compute(self.path, self.config, self.computing, console, prefix=prefix)
+        given = read_robots(self.given)
+        _compute(self.path, self.config, self.computing, console, prefix=prefix, given=given)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -78,7 +83,13 @@ class Resume:
         _compute(self.path, None, self.computing, console, prefix="")
 
 
-def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console) -> None:
+def compute_run(
+    path: Path,
+    config: RunConfig | None,
+    flags: WorkerFlags,
+    console: Console,
+    given: Sequence[GivenRobot] = (),
+) -> None:
     """Start a run, or resume one, with its progress on the screen.
 
     Args:
@@ -86,6 +97,7 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
         config: of a run to start; None for a run to resume.
         flags: what computes.
         console: where progress is shown, and which versions have changed since the run was started.
+        given: robots that a new run starts from.
 
     Raises:
         RunFileError: the file exists, or the run cannot be resumed, or the file cannot be written.
@@ -101,7 +113,7 @@ def compute_run(path: Path, config: RunConfig | None, flags: WorkerFlags, consol
             "observer": display.update,
         }
         if config is not None:
-            evolve.evolve(path, config, **computing)
+            evolve.evolve(path, config, given=given, **computing)
             return
         for change in changed_versions(path):
             console.print(f"tensatlas: note: {change}: results may differ", markup=False)
@@ -119,12 +131,18 @@ def _compile(path: Path, config: RunConfig | None, console: Console) -> None:
 
 
 def _compute(
-    path: Path, config: RunConfig | None, flags: WorkerFlags, console: Console, *, prefix: str
+    path: Path,
+    config: RunConfig | None,
+    flags: WorkerFlags,
+    console: Console,
+    *,
+    prefix: str,
+    given: Sequence[GivenRobot] = (),
 ) -> None:
     """Start or resume a run, and say what to type next; the prefix is typed before ``tensatlas``."""
     file = as_typed(path)
     try:
-        compute_run(path, config, flags, console)
+        compute_run(path, config, flags, console, given)
     except KeyboardInterrupt:
         console.print(
             f"Stopped. Everything finished is saved; continue with: {prefix}tensatlas resume {file}",

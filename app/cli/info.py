@@ -105,6 +105,9 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
     if reader.projection is not None:
         kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
         yield "projection", f"of {source}: {kind}"
+    if given := reader.given():
+        names = ", ".join(g.origin for g in given[:3]) + (", ..." if len(given) > 3 else "")
+        yield "starts from", f"{len(given)} given robot{'s' * (len(given) > 1)}: {names}"
     if reader.slimmed is not None:
         yield (
             "slimmed",

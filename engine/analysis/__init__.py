@@ -8,7 +8,7 @@ Read in this order:
 - ``steering``: which controllers tell left from right.
 - ``comparison/``: runs side by side.
 - ``elite_table``: a run's elites as a table with pyribs' column names. ``evaluation_table``: every evaluation
-  as one, and genotypes read back.
+  as one, and genotypes read back. ``given_robots``: robots of other files, to start a run from.
 - ``projection_run``: a projection as a new run file.
 - ``verify``: one robot simulated again, with other noise or physics.
 - ``reevaluation``: a run's elites evaluated again. ``robustness``: how much of a map was luck.

@@ -7,7 +7,7 @@ import dataclasses
 import math
 import random
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from random import Random
 from typing import Any, Final, Literal, Self
 
@@ -298,6 +298,14 @@ class Neat:
     def new_generation(self) -> None:
         """Forget which innovations arose together: equal ones share a number within a generation."""
         self.config.innovation_tracker.reset_generation()
+
+    def count_beyond(self, controllers: Iterable[Controller]) -> None:
+        """Give no new node or innovation a number that one of some controllers has."""
+        for c in controllers:
+            self._next_node = max(self._next_node, *(1 + n.key for n in c.nodes))
+            tracker = self.config.innovation_tracker
+            innovations = (link.innovation for link in c.connections)
+            tracker.global_counter = max(tracker.global_counter, *innovations, 0)
 
     def state(self) -> dict[str, int]:
         """Return the counters, to be stored at the end of a generation."""

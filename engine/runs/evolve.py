@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
@@ -12,6 +13,7 @@ from engine.errors import InvalidData, RunFileError
 from engine.replay.dump import DumpFolder
 from engine.runs.run_loop import ProgressObserver, RunLoop
 from engine.search.algorithm import Algorithm
+from engine.search.variation import GivenRobot
 from engine.simulation.evaluation import FailureKeeper
 from engine.simulation.model import build_robot
 from engine.simulation.physics import check_timestep
@@ -28,6 +30,7 @@ def evolve(
     path: Path,
     config: RunConfig,
     *,
+    given: Sequence[GivenRobot] = (),
     n_threads: int = 1,
     workers: Workers | None = None,
     observer: ProgressObserver | None = None,
@@ -37,6 +40,7 @@ def evolve(
     Args:
         path: of the run file to create.
         config: of the run.
+        given: robots that are evaluated first, in place of the first random ones.
         n_threads: threads of this process that simulate, where there are no workers.
         workers: processes here or elsewhere that evaluate instead; they stay open.
         observer: told of the progress.
@@ -44,11 +48,12 @@ def evolve(
     Raises:
         ClusterError: the workers cannot be reached any more; what is finished is saved.
         RunFileError: the file exists or cannot be written.
-        InvalidData: robots do not survive the physics.
+        InvalidData: robots do not survive the physics, or given ones do not fit the configuration.
     """
     check_physics(config)
-    with RunWriter.create(path, config, versions(config.task, config.physics.simulator)) as writer:
-        algorithm = create_algorithm(config)
+    algorithm = create_algorithm(config, given)
+    now = versions(config.task, config.physics.simulator)
+    with RunWriter.create(path, config, now, given=given) as writer:
         _work(writer, config, algorithm, n_threads=n_threads, workers=workers, observer=observer)
 
 
@@ -111,7 +116,8 @@ def resume(
 
 
 def _restore(reader: RunReader) -> tuple[Algorithm, float]:
-    algorithm = create_algorithm(reader.config)
+    with reader.guard():
+        algorithm = create_algorithm(reader.config, reader.given())
     last = reader.last_closed()
     state = reader.algorithm_state()
     if last is None:

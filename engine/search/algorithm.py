@@ -6,8 +6,10 @@ import abc
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from engine.errors import InvalidData
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
+from engine.search.variation import GivenRobot
 from engine.simulation.evaluation import Evaluation, Solution
 
 Recall = Callable[[set[int]], Mapping[int, Evaluation]]
@@ -49,6 +51,17 @@ class Algorithm(Snapshot, abc.ABC):
     after a ``tell``, together with the archives' contents and the run's evaluations, is all that ``restore``
     needs to continue identically.
     """
+
+    def begin_with(self, given: Sequence[GivenRobot]) -> None:
+        """Ask for given robots first, in place of the first random ones.
+
+        Called before the first ``ask``, and before that is repeated after an interruption.
+
+        Raises:
+            InvalidData: they are too many, or the algorithm cannot begin with robots.
+        """
+        if given:
+            raise InvalidData("this algorithm cannot start from given robots")
 
     @property
     def outstanding(self) -> tuple[tuple[Solution, ...], ...]:

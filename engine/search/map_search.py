@@ -18,7 +18,7 @@ from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.search.elite_records import Curiosity, Samples
 from engine.search.trajectory_archive import TrajectoryArchive
-from engine.search.variation import AGAIN, PUBLISHED, Variation, VariationConfig
+from engine.search.variation import AGAIN, PUBLISHED, GivenRobot, Variation, VariationConfig
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
@@ -162,13 +162,26 @@ class MapSearch(Algorithm):
         """Number of completed generations."""
         return self._generation
 
+    def begin_with(self, given: Sequence[GivenRobot]) -> None:
+        """Ask for given robots first.
+
+        Raises:
+            InvalidData: they are more than generation 0 has robots.
+        """
+        if len(given) > self._config.initial:
+            raise InvalidData(
+                f"initial ({self._config.initial}) must be at least the number of robots that the run starts"
+                f" from ({len(given)})"
+            )
+        self._variation.begin_with(given)
+
     @property
     def outstanding(self) -> tuple[tuple[Solution, ...], ...]:
         """The generations that have been asked for and not yet told, the oldest first."""
         return tuple(map(tuple, self._asked))
 
     def ask(self) -> list[Solution]:
-        """Return the random solutions of generation 0, then mutants of elites."""
+        """Return the given and the random solutions of generation 0, then mutants of elites."""
         if len(self._asked) > self._overlap:
             raise ValueError("tell the evaluations of the last ask first")
         remaining = self._budget - self._variation.n_drawn
@@ -179,7 +192,7 @@ class MapSearch(Algorithm):
         self._variation.new_generation()
         if not self._trajectories.fitted:
             n = min(self._config.initial, remaining)
-            asked = [self._variation.random() for _ in range(n)]
+            asked = [self._variation.first() for _ in range(n)]
         else:
             n = min(self._config.batch_size, remaining)
             under_way = itertools.chain.from_iterable(self._asked)

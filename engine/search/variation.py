@@ -1,13 +1,19 @@
-"""New solutions: random ones, mutants, and the random state behind both."""
+"""New solutions: given ones, random ones, mutants, and the random state behind them."""
 
 from __future__ import annotations
 
 import dataclasses
 import random
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final, Self
 
-from engine.body.morphology import BodyRates, StiffnessMode, mutate_morphology, random_morphology
+from engine.body.morphology import (
+    BodyRates,
+    Morphology,
+    StiffnessMode,
+    mutate_morphology,
+    random_morphology,
+)
 from engine.control import genome
 from engine.control.genome import Controller, Neat, NeatRates
 from engine.errors import InvalidData
@@ -16,6 +22,8 @@ from engine.simulation.evaluation import Solution
 MUTATIONS: Final = ("morphology", "controller", "both")
 AGAIN: Final = "again"
 """The operator of an elite that is evaluated under other noise; its parent is its first evaluation."""
+GIVEN: Final = "given"
+"""The operator of a robot that the user gave to start from; its source says where it is from."""
 MAX_WEIGHT: Final = 100
 
 
@@ -60,6 +68,41 @@ PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES)
 """The variation of the authors' published configuration, by NEAT-Python 2."""
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class GivenRobot:
+    """A robot that a run starts from.
+
+    Attributes:
+        morphology, controller: its genotype.
+        origin: where it is from, for people.
+    """
+
+    morphology: Morphology
+    controller: Controller
+    origin: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON-ready values."""
+        return {
+            "morphology": self.morphology.to_json(),
+            "controller": self.controller.to_json(),
+            "origin": self.origin,
+        }
+
+    @classmethod
+    def from_json(cls, data: Any) -> Self:
+        """Read a robot back from ``to_json``'s form.
+
+        Raises:
+            InvalidData, TypeError, KeyError: it is not of that form.
+        """
+        return cls(
+            Morphology.from_json(data["morphology"]),
+            Controller.from_json(data["controller"]),
+            str(data["origin"]),
+        )
+
+
 def rng_state(rng: random.Random) -> list[Any]:
     """Return a generator's state, JSON-ready."""
     version, internal, gauss = rng.getstate()
@@ -98,6 +141,11 @@ class Variation:
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
         self._n_drawn = 0
+        self._given: tuple[GivenRobot, ...] = ()
+
+    def begin_with(self, given: Sequence[GivenRobot]) -> None:
+        """Take robots that ``first`` returns in place of the first random ones."""
+        self._given = tuple(given)
 
     @property
     def n_drawn(self) -> int:
@@ -107,6 +155,22 @@ class Variation:
     def new_generation(self) -> None:
         """Begin a generation of NEAT's innovations: equal ones share a number only within a generation."""
         self._neat.new_generation()
+        if self._n_drawn:
+            # random networks count from the beginning, as those that given ones descend from
+            self._neat.count_beyond([g.controller for g in self._given])
+
+    def first(self) -> Solution:
+        """Return the next of the given robots, or a random one where there are no more."""
+        if self._n_drawn >= len(self._given):
+            return self.random()
+        given = self._given[self._n_drawn]
+        return Solution(
+            number=self._next_number(),
+            morphology=given.morphology,
+            controller=given.controller,
+            operator=GIVEN,
+            source=given.origin,
+        )
 
     def random(self) -> Solution:
         """Draw a solution: a body and a controller, independently."""

@@ -14,6 +14,8 @@ only when they are evaluated, in random pairs. What the paper leaves open:
   from NEAT's population, which need not descend from the parent's.
 - **The last generation** may be cut short by the budget. What is not tried then has no fitness.
 
+A run cannot start from given robots: each is a body with its controller, and they would be taken apart.
+
 There is no map inside the algorithm. The morphology archive is the reconstruction that the paper compares
 with the others: every evaluation is offered to it.
 """

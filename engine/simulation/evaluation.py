@@ -39,8 +39,9 @@ class Solution:
         number: counts the run's evaluations from 0; the seeds follow from it.
         parent: number of the solution it descends from, None for a random one.
         operator: how it came about: ``random``; by mutation of ``morphology``, ``controller`` or ``both``;
-            or ``paired``, a mutated morphology with a controller from another population.
-        source: the archive its parent was drawn from, if any.
+            ``paired``, a mutated morphology with a controller from another population; ``again``, the parent
+            itself under other noise; or ``given``, from another file.
+        source: the archive its parent was drawn from, or what it was given from, if any.
     """
 
     number: int

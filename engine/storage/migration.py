@@ -148,9 +148,8 @@ def new_run_file(out: Path) -> Iterator[Path]:
 
 def _copy(reader: RunReader, place: Path) -> None:
     """Write everything that a run holds into a new file."""
-    with RunWriter.create(
-        place, reader.config, reader.versions, reader.projection, reader.created_at
-    ) as writer:
+    origin = reader.projection, reader.created_at, reader.given()
+    with RunWriter.create(place, reader.config, reader.versions, *origin) as writer:
         for generation, group in itertools.groupby(reader.each_evaluation(), key=lambda found: found[0]):
             while part := [e for _, e in itertools.islice(group, _TOGETHER)]:
                 origins = reader.origins({e.solution.number for e in part})

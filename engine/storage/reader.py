@@ -17,6 +17,7 @@ from engine.config import RunConfig, from_json, to_json
 from engine.errors import DamagedRunFile, InvalidData, RunFileError, TensAtlasError
 from engine.files import compact_json
 from engine.search.archive import Cell, cell_name, parse_cell
+from engine.search.variation import GivenRobot
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Computer, Origin, versions
 from engine.storage.database import Damage, RunDatabase
@@ -63,6 +64,7 @@ class RunReader:
                 self.created_at = short(str(meta.get("created_at", "")), "the date")
                 self.slimmed = Slimmed.from_json(meta["slimmed"]) if "slimmed" in meta else None
                 """What is left in a slimmed run; None for others."""
+                self._given = meta.get("given", [])
         except TensAtlasError:
             self.close()
             raise
@@ -76,6 +78,15 @@ class RunReader:
     def close(self) -> None:
         """Close the file."""
         self._db.close()
+
+    def given(self) -> list[GivenRobot]:
+        """Return the robots that the run starts from.
+
+        Raises:
+            RunFileError: they are damaged.
+        """
+        with self.guard():
+            return [GivenRobot.from_json(robot) for robot in self._given]
 
     @property
     def is_live(self) -> bool:

@@ -118,10 +118,11 @@ def _repeat(
     report: Recovered,
 ) -> None:
     """Repeat the search with the evaluations that are there."""
-    algorithm = create_algorithm(config)
+    given = tables.given()
+    algorithm = create_algorithm(config, given)
     distance = get_task(config.task).target_distance
     seconds, later = 0.0, True
-    with RunWriter.create(out, config, versions, created_at=tables.created_at) as writer:
+    with RunWriter.create(out, config, versions, created_at=tables.created_at, given=given) as writer:
         under_way: deque[list[Solution]] = deque()
         while True:
             while len(under_way) <= config.overlap and (solutions := algorithm.ask()):
@@ -214,7 +215,8 @@ def _copy(
     by_generation: dict[int, list[Evaluation]] = defaultdict(list)
     for number, e in kept.items():
         by_generation[tables.generation_of[number]].append(e)
-    with RunWriter.create(out, config, versions, tables.projection, tables.created_at) as writer:
+    origin = tables.projection, tables.created_at, tables.given()
+    with RunWriter.create(out, config, versions, *origin) as writer:
         for generation, group in sorted(by_generation.items()):
             writer.add_evaluations(generation, group, tables.origins_of(group))
         for generation in range(n):

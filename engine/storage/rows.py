@@ -166,7 +166,7 @@ class Ancestor:
 
     @property
     def is_founder(self) -> bool:
-        """Whether it has no parent: its genes were drawn at random."""
+        """Whether it has no parent: its genes were drawn at random, or given."""
         return self.parent is None
 
 

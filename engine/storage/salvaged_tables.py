@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from engine.config import RunConfig, from_json
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, UnknownTask
+from engine.search.variation import GivenRobot
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import Computer, Origin
 from engine.storage.layouts.bases import Detail, detail_of
@@ -95,6 +96,13 @@ class SalvagedTables:
                 return reader.config, reader.versions
         versions = self.meta.get("versions")
         return config, {str(k): str(v) for k, v in versions.items()} if isinstance(versions, dict) else {}
+
+    def given(self) -> list[GivenRobot]:
+        """Return the robots that the run started from; none if they are lost."""
+        try:
+            return [GivenRobot.from_json(robot) for robot in self.meta.get("given", [])]
+        except (InvalidData, *UNEXPECTED_DATA):
+            return []
 
     @property
     def created_at(self) -> str:

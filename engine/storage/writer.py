@@ -21,6 +21,7 @@ from engine.config import RunConfig, to_json
 from engine.errors import UNEXPECTED_DATA, DamagedRunFile, InvalidData, RunFileError, as_typed
 from engine.search.algorithm import Snapshot
 from engine.search.archive import cell_name
+from engine.search.variation import GivenRobot
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import Origin
 from engine.storage.layouts import CompactTables, tables_of
@@ -56,6 +57,7 @@ class RunWriter:
         versions: Mapping[str, str],
         projection: Mapping[str, str] | None = None,
         created_at: str = "",
+        given: Sequence[GivenRobot] = (),
     ) -> Self:
         """Start a new run file.
 
@@ -65,6 +67,7 @@ class RunWriter:
             versions: of what decides its outcome.
             projection: what its archives were projected from, for a run that was not evolved itself.
             created_at: UTC date and time, for a run that is saved anew; by default now.
+            given: robots that it starts from.
 
         Raises:
             RunFileError: the file exists, or cannot be written there.
@@ -87,13 +90,15 @@ class RunWriter:
             # what a killed process may have left beside a file that is gone: SQLite would replay it
             for suffix in (".part", ".part-journal", "-wal", "-shm"):
                 path.with_name(path.name + suffix).unlink(missing_ok=True)
-            meta = {
+            meta: dict[str, Any] = {
                 "config": to_json(config),
                 "versions": dict(versions),
                 "created_at": created_at or _now(),
             }
             if projection is not None:
                 meta["projection"] = dict(projection)
+            if given:
+                meta["given"] = [robot.to_json() for robot in given]
             with new_tables(part, meta):
                 pass
             # a reader never sees a half-made file

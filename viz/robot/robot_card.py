@@ -101,6 +101,8 @@ def _headline(f_s: float | None) -> str:
 
 def _origin(evaluation: Evaluation) -> str:
     s = evaluation.solution
+    if s.operator == "given":
+        return html.escape(s.source or "a given robot")
     if s.parent is None:
         return "nobody (random)"
     if s.operator == "paired":

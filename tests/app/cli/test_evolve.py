@@ -107,6 +107,22 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path, sign: signal.Signals
         assert not reader.is_live
 
 
+def test_a_run_starts_from_the_robots_of_another(tensatlas: Command, small_run: Path, tmp_path: Path) -> None:
+    with RunReader(small_run) as reader:
+        (cell, number), *_ = reader.placements("morphology", 2).items()
+    source = f"{small_run}:{cell[0]},{cell[1]}"
+    status, _, err = tensatlas("evolve", "next.tsmr", *TINY, "--workers", 1, "--from", source)
+    assert (status, "Finished" in err) == (0, True)
+    with RunReader(tmp_path / "next.tsmr") as reader, RunReader(small_run) as other:
+        first = reader.evaluation(0).solution
+        assert (first.operator, first.source) == ("given", f"small.tsmr robot {number}")
+        assert first.controller == other.evaluation(number).solution.controller
+    assert f"1 given robot: small.tsmr robot {number}" in tensatlas("info", "next.tsmr")[1]
+    status, _, err = tensatlas("evolve", "x.tsmr", *TINY, "--from", "gone.csv")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "gone.csv cannot be read" in err
+
+
 def test_evolve_with_processes_says_what_computed(tmp_path, capsys):
     path = tmp_path / "run.tsmr"
     flags = "--preset smoke --evaluations 8 --initial 6 --batch-size 2 --workers 2".split()

@@ -28,6 +28,16 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     assert "nobody (random)" in card
 
 
+def test_card_says_where_a_given_robot_is_from(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(0)
+    solution = dataclasses.replace(evaluation.solution, operator="given", source="<a>.tsmr robot 3")
+    card = robot_card.render(
+        small_reader.config, dataclasses.replace(evaluation, solution=solution), "here", 0
+    )
+    assert "&lt;a&gt;.tsmr robot 3" in card
+    assert "random" not in card
+
+
 @pytest.mark.parametrize(
     ("operator", "said"),
     [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],

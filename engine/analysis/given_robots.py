@@ -1,0 +1,100 @@
+"""Robots to start a run from: elites of another run, genotype files, rows of a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from engine.analysis.evaluation_table import read_genotypes
+from engine.body.morphology import Morphology
+from engine.control.genome import Controller
+from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError, printable
+from engine.files import open_file
+from engine.search.archive import parse_cell
+from engine.search.variation import GivenRobot
+from engine.storage.reader import RunReader
+from engine.storage.schema import SUFFIX
+
+MAX_GENOTYPE: Final = 10_000_000
+"""Bytes of the largest genotype file that is read."""
+_NAME: Final = 60
+"""Characters of a file's name that are kept with a robot."""
+
+
+def read_robots(sources: Iterable[str]) -> list[GivenRobot]:
+    """Return the robots of some sources, in their order, each genotype once.
+
+    Args:
+        sources: each a run file, whose last elites are meant, or those of some cells of its first map:
+            ``run.tsmr:3,4:5,7``; a ``genotype.json`` as ``export`` writes it; or a table with the columns of
+            ``evaluation_table``, as CSV or Parquet.
+
+    Raises:
+        InvalidData: a file cannot be read or holds no genotype; the message names it.
+        RunFileError: a run cannot be read.
+    """
+    found: dict[tuple[Morphology, Controller], GivenRobot] = {}
+    for source in sources:
+        for robot in _robots(source):
+            found.setdefault((robot.morphology, robot.controller), robot)
+    return list(found.values())
+
+
+def _robots(source: str) -> list[GivenRobot]:
+    whole, mark, cells = source.partition(f"{SUFFIX}:")
+    path = Path(whole + SUFFIX) if mark else Path(source)
+    match path.suffix.lower():
+        case ".tsmr":
+            return _of_run(path, cells.split(":") if mark else [])
+        case ".json":
+            return [_of_file(path)]
+        case ".csv" | ".parquet":
+            genotypes = read_genotypes(path)
+            return [GivenRobot(*g, f"{_name(path)} row {k}") for k, g in enumerate(genotypes, start=1)]
+    raise InvalidData(
+        f"{source}: robots to start from are in a run file ({SUFFIX}), a genotype.json or a table (.csv,"
+        " .parquet)"
+    )
+
+
+def _of_run(path: Path, cells: list[str]) -> list[GivenRobot]:
+    with RunReader(path) as reader:
+        last = reader.finished_generation()
+        archive = next(iter(last.archives))
+        if cells:
+            numbers = [reader.elite_at(archive, parse_cell(cell)) for cell in cells]
+        else:
+            numbers = sorted(set(reader.placements(archive, last.number).values()))
+            if not numbers:
+                raise RunFileError(f"{path} has no elite to start from")
+        known = reader.evaluations(set(numbers))
+    return [
+        GivenRobot(s.morphology, s.controller, f"{_name(path)} robot {s.number}")
+        for s in (known[n].solution for n in numbers)
+    ]
+
+
+def _of_file(path: Path) -> GivenRobot:
+    try:
+        with open_file(path) as f:
+            content = f.read(MAX_GENOTYPE + 1)
+        if len(content) > MAX_GENOTYPE:
+            raise InvalidData(f"it has more than {MAX_GENOTYPE / 1e6:.0f} MB")
+        data = json.loads(content)
+        return GivenRobot(
+            Morphology.from_json(data["morphology"]), Controller.from_json(data["controller"]), _name(path)
+        )
+    except OSError as e:
+        raise InvalidData(f"{path} cannot be read: {e.strerror or e}") from None
+    except InvalidData as e:
+        raise InvalidData(f"{path}: {e}") from None
+    except KeyError as e:
+        raise InvalidData(f"{path} is no genotype: it has no {e}") from None
+    except UNEXPECTED_DATA as e:
+        raise InvalidData(f"{path} is no genotype: {e}") from None
+
+
+def _name(path: Path) -> str:
+    return printable(path.name)[-_NAME:]
