@@ -1,6 +1,7 @@
-"""``python -m app`` is ``tensatlas``."""
+"""``python -m app`` is ``tensatlas``, of the folder that this package lies in."""
 
-from app.cli.main import main
+import runpy
+from pathlib import Path
 
-if __name__ == "__main__":  # worker processes import it too
-    main()
+if __name__ == "__main__":
+    runpy.run_path(str(Path(__file__).resolve().parents[1] / "tensatlas.py"), run_name="__main__")

@@ -3,7 +3,7 @@
 From the ground up; a room imports only rooms listed before it:
 
 - ``errors``: errors with a message for the user. ``exact``: numbers that are the same on every machine.
-  ``files``: CSV, JSON, TOML and ZIP.
+  ``children``: how a process starts another. ``files``: CSV, JSON, TOML and ZIP.
 - ``body``: what a robot is. ``control``: controller genes and their network.
 - ``tasks``: what the world holds, what is sensed, how a trial scores.
 - ``simulation``: genes in, evaluations out.

@@ -19,6 +19,7 @@ from rich.console import Console
 from app.cli.compare import Compare
 from app.cli.evolve import compute_run
 from app.worker_flags import WorkerFlags, check
+from engine.children import module_line
 from engine.config import from_json, to_json
 from engine.errors import InvalidData, RunFileError, TensAtlasError, as_typed
 from engine.storage.reader import RunReader
@@ -149,7 +150,7 @@ def _start(run: PlannedRun, command: Campaign) -> subprocess.Popen[bytes]:
     }
     with open(_log(path), "ab") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "app.cli.campaign"], stdin=subprocess.PIPE, stdout=log, stderr=log
+            module_line("app.cli.campaign"), stdin=subprocess.PIPE, stdout=log, stderr=log
         )
     assert process.stdin is not None
     with contextlib.suppress(BrokenPipeError), process.stdin as pipe:

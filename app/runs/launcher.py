@@ -14,7 +14,6 @@ import re
 import signal
 import socket
 import subprocess
-import sys
 import time
 import typing
 from collections.abc import Mapping
@@ -24,6 +23,7 @@ from typing import Any, Final
 from app.runs.library import NEW_RUNS, PAUSED_SUFFIX
 from app.worker_flags import check_workers
 from engine import config
+from engine.children import command_line
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
 from engine.files import open_file
@@ -216,7 +216,7 @@ def _launch(path: Path, arguments: list[str]) -> Path:
     with output:
         begin = output.tell()
         process = subprocess.Popen(
-            [sys.executable, "-m", "app", *arguments],
+            command_line(*arguments),
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=output,

@@ -217,7 +217,7 @@ def _refuse_another_machine(path: Path, lock: int) -> None:
 
 
 def _own_text() -> bytes:
-    arguments = ["tensatlas" if Path(sys.argv[0]).parent.name == "app" else sys.argv[0], *sys.argv[1:]]
+    arguments = ["tensatlas" if Path(sys.argv[0]).name == "tensatlas.py" else sys.argv[0], *sys.argv[1:]]
     holder = Holder(
         pid=os.getpid(),
         host=socket.gethostname(),

@@ -5,6 +5,7 @@ Read in this order:
 - ``evaluator``: the two contracts, and the threads of this process.
 - ``job``: what a worker receives and returns.
 - ``pool``: jobs on workers that may die.
-- ``processes``: workers of this machine. ``dask_workers``: of a Dask cluster. ``slurm``: started by SLURM.
+- ``processes``: workers of this machine. ``serving``: what one of them does.
+- ``dask_workers``: of a Dask cluster. ``slurm``: started by SLURM.
 - ``malloc``: keeps the memory of long-lived processes compact.
 """

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 import itertools
 import time
 import uuid
@@ -28,6 +29,12 @@ FETCH_TIMEOUT: Final = 60.0
 """Seconds within which the result of a finished job must arrive from a living worker."""
 LOST: Final = Died("a worker of the Dask cluster was lost with it")
 _POLL: Final = 0.01
+_FIND: Final = "str(getattr(__import__('importlib.util').util.find_spec('engine'), 'origin', None))"
+_IS_OURS: Final = (
+    "(lambda s: s is not None and any(__import__('os').path.exists(p + '/workers/job.py')"
+    " for p in s.submodule_search_locations or ()))(__import__('importlib.util').util.find_spec('engine'))"
+)
+"""Evaluated elsewhere: where the package ``engine`` is, and whether it is TensAtlas's. It is not imported."""
 EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[cluster]'"
 
 
@@ -63,6 +70,7 @@ class DaskWorkers:
         except (OSError, ValueError) as e:
             raise ClusterError(f"no Dask scheduler answers at {where}: {_line(e)}") from None
         self._where = where
+        self._check_package("the Dask scheduler", self._client.run_on_scheduler)
         self._finished = distributed.as_completed(with_results=False, loop=self._client.loop)
         self._queue: deque[tuple[World, Solution]] = deque()
         self._flying: dict[str, _Flight] = {}
@@ -113,7 +121,11 @@ class DaskWorkers:
             return []
         if self._keep_up is not None:
             self._keep_up()
-        self._threads, self._counted_at = dict(self._client.nthreads()), now
+        threads = dict(self._client.nthreads())
+        if new := [address for address in threads if address not in self._threads]:
+            run = functools.partial(self._client.run, workers=new, on_error="return")
+            self._check_package("a worker of the Dask cluster", run)
+        self._threads, self._counted_at = threads, now
         gone = {
             k: f for k, f in self._flying.items() if f.worker not in self._threads and not f.future.done()
         }
@@ -121,6 +133,29 @@ class DaskWorkers:
             del self._flying[key]
             flight.future.cancel()
         return [(flight.solution, LOST) for flight in gone.values()]
+
+    def _check_package(self, who: str, run: Callable[..., Any]) -> None:
+        """Make sure that a process of the cluster would import our packages; it would end without a word.
+
+        Raises:
+            ClusterError: it has none, or others of the same name come first there.
+        """
+        try:
+            found = run(eval, f"({_IS_OURS}, {_FIND})")
+        except Exception:  # whoever is lost meanwhile is noticed otherwise
+            return
+        for answer in found.values() if isinstance(found, dict) else [found]:
+            match answer:
+                case (False, "None"):
+                    wrong = "lacks TensAtlas"
+                case (False, str(where)):
+                    wrong = f"imports another package called engine ({where})"
+                case _:
+                    continue
+            raise ClusterError(
+                f"{who} {wrong}: install TensAtlas for it, and start it where neither the current folder"
+                " nor PYTHONPATH has a package of that name"
+            )
 
     def _begin(self) -> None:
         free = dict(self._threads)

@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 import contextlib
-import faulthandler
-import multiprocessing
+import dataclasses
 import os
 import signal
+import subprocess
+import sys
 import threading
-import time
-import traceback
 from collections import deque
-from multiprocessing.connection import Connection, wait
-from typing import Any, Final, Self
+from collections.abc import Iterator
+from multiprocessing import Pipe
+from multiprocessing.connection import wait
+from typing import Final, Self
 
-from engine.errors import ClusterError, InvalidData, TensAtlasError
+from engine.children import module_line
+from engine.errors import ClusterError, InvalidData
 from engine.simulation.evaluation import Solution
-from engine.workers.job import Result, World, compute
-from engine.workers.malloc import keep_memory_compact
+from engine.workers.job import Result, World
 from engine.workers.pool import Died
+from engine.workers.serving import READY
 
 TIMEOUT: Final = 3600.0
 """Seconds after which an evaluation counts as hanging; with real inertia the longest take minutes."""
-_PARENT_POLL: Final = 1.0
-_READY: Final = "ready"
-_CONTEXT: Final = multiprocessing.get_context("spawn")
-"""A fork of a process with threads, MuJoCo's among them, may hang."""
+MAX_FAILED_STARTS: Final = 3
+"""Times that each worker, on average, may end before it can work, one after the other."""
 
 
 class ProcessWorkers:
@@ -48,6 +48,7 @@ class ProcessWorkers:
         self._queue: deque[tuple[World, Solution]] = deque()
         self._n_workers = n_workers
         self._workers: list[_Worker] = []
+        self._failed_starts = 0
 
     @property
     def n_workers(self) -> int:
@@ -56,12 +57,13 @@ class ProcessWorkers:
 
     def start(self) -> None:
         """Start the missing ones; the first job does so too, so that a refused run starts none."""
-        self._workers += [_Worker(self._timeout) for _ in range(self._n_workers - len(self._workers))]
+        while len(self._workers) < self._n_workers:
+            self._workers.append(_Worker(self._timeout))
 
     @property
     def pids(self) -> list[int]:
         """Their process identifiers."""
-        return [w.process.pid or 0 for w in self._workers]
+        return [w.process.pid for w in self._workers]
 
     def __enter__(self) -> Self:
         return self
@@ -82,30 +84,49 @@ class ProcessWorkers:
         """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
+            ClusterError: the workers end before they can work, again and again.
             TensAtlasError: a job fails by an error that the user can mend.
         """
-        busy = {w.connection: w for w in self._workers if w.solution is not None}
+        busy = {w.connection: w for w in self._workers if w.job is not None}
         found: list[tuple[Solution, Result | Died]] = []
         for connection in wait(list(busy)):
             worker = busy[connection]  # type: ignore[index]  # these are the connections put in
-            assert worker.solution is not None
-            solution = worker.solution
+            assert worker.job is not None
+            job = worker.job
             outcome = worker.take()
-            if outcome is None:
-                continue
             if isinstance(outcome, Exception):
                 raise outcome
-            if isinstance(outcome, Died):
-                worker.kill()
-                self._workers[self._workers.index(worker)] = _Worker(self._timeout)
-            found.append((solution, outcome))
+            if outcome == READY:
+                self._failed_starts = 0
+            elif isinstance(outcome, Unstarted):
+                self._replace(worker)
+                self._queue.appendleft(job)  # it has not met the job, which is not to blame
+                self._failed_starts += 1
+                if self._failed_starts >= MAX_FAILED_STARTS * self._n_workers:
+                    raise ClusterError(f"worker processes end before they can work (status {outcome.code})")
+            else:
+                assert isinstance(outcome, Result | Died)
+                if isinstance(outcome, Died):
+                    self._replace(worker)
+                found.append((job[1], outcome))
         self._begin()
         return found
 
+    def _replace(self, worker: _Worker) -> None:
+        worker.kill()
+        self._workers[self._workers.index(worker)] = _Worker(self._timeout)
+
     def _begin(self) -> None:
         for worker in self._workers:
-            if self._queue and worker.solution is None:
+            if self._queue and worker.job is None:
                 worker.give(*self._queue.popleft())
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Unstarted:
+    """A worker has ended before it could work, with this status."""
+
+    code: int
 
 
 class _Worker:
@@ -113,70 +134,53 @@ class _Worker:
 
     def __init__(self, timeout: float) -> None:
         self._timeout = timeout
-        self.connection, other = _CONTEXT.Pipe()
-        self.process = _CONTEXT.Process(
-            target=_serve, args=(other, timeout, os.getpid()), daemon=True, name="tensatlas-worker"
-        )
-        self.process.start()
-        other.close()  # so that the death of the process is the end of the pipe
-        self.solution: Solution | None = None
+        self.connection, other = Pipe()
+        # once ``other`` is closed here, the death of the process is the end of the pipe
+        with other, _ctrl_c_held_back():
+            self.process = subprocess.Popen(
+                module_line("engine.workers.serving", str(other.fileno()), repr(timeout), str(os.getpid())),
+                stdin=subprocess.DEVNULL,
+                pass_fds=[other.fileno()],
+            )
+        self.job: tuple[World, Solution] | None = None
         self._ready = False
+        with contextlib.suppress(OSError):
+            self.connection.send(sys.path)
 
     def give(self, world: World, solution: Solution) -> None:
         """Give it a job."""
-        self.solution = solution
+        self.job = world, solution
         with contextlib.suppress(OSError):  # if it has died, that is found out by ``take``
             self.connection.send((world, solution))
 
-    def take(self) -> Result | Died | Exception | None:
-        """Return the outcome of its job, or None if the process has only reported that it is ready."""
+    def take(self) -> Result | Died | Unstarted | Exception | str:
+        """Return the outcome of its job, or ``READY`` if the process has only reported that it is."""
         try:
             outcome: Result | Exception | str = self.connection.recv()
         except (EOFError, OSError):
-            self.process.join()
-            code = self.process.exitcode or 0
+            code = self.process.wait()
             if not self._ready:
-                return ClusterError(f"a worker process ended (status {code}) before it could work")
-            self.solution = None
+                return Unstarted(code)
+            self.job = None
             return Died(f"signal {-code}" if code < 0 else f"not finished in {self._timeout:g} s")
-        if outcome == _READY:
+        if outcome == READY:
             self._ready = True
-            return None
-        self.solution = None
-        assert not isinstance(outcome, str)
+        else:
+            self.job = None
         return outcome
 
     def kill(self) -> None:
         """End it."""
         self.process.kill()
-        self.process.join()
+        self.process.wait()
         self.connection.close()
 
 
-def _serve(connection: Connection, timeout: float, parent: int) -> None:
-    """Compute jobs until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
-    keep_memory_compact()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(_PARENT_POLL)
-        os._exit(1)  # a parent that was killed cannot end its children
-
-    threading.Thread(target=watch, daemon=True).start()
-    with open(os.devnull, "w") as nowhere, contextlib.suppress(EOFError, OSError):
-        connection.send(_READY)
-        while True:
-            job: Any = connection.recv()
-            # ends the process even while it is inside MuJoCo, or in a task's endless loop
-            faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
-            outcome: Result | Exception
-            try:
-                outcome = compute(*job)
-            except TensAtlasError as e:
-                outcome = e
-            except Exception:
-                outcome = RuntimeError(traceback.format_exc())
-            finally:
-                faulthandler.cancel_dump_traceback_later()
-            connection.send(outcome)
+@contextlib.contextmanager
+def _ctrl_c_held_back() -> Iterator[None]:
+    """Start a process that Ctrl-C does not reach, not even while it imports; it comes here afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

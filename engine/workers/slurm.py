@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from engine.children import shell_lines
 from engine.errors import ClusterError, InvalidData
 from engine.files import read_toml
 from engine.workers.dask_workers import EXTRA, report_deaths
@@ -103,7 +104,6 @@ def slurm_cluster(path: Path) -> tuple[Any, Callable[[], None]]:
         "local_directory": "local_directory",
         "log_directory": "log_directory",
         "directives": "job_extra_directives",
-        "prologue": "job_script_prologue",
     }
     try:
         cluster = SLURMCluster(
@@ -113,6 +113,10 @@ def slurm_cluster(path: Path) -> tuple[Any, Callable[[], None]]:
             walltime=settings["walltime"],
             worker_extra_args=["--lifetime", f"{leave}s", "--lifetime-stagger", f"{STAGGER}s"],
             scheduler_options={"dashboard_address": None},
+            job_script_prologue=[
+                *settings.get("prologue", []),
+                *shell_lines(same_python="python" not in settings),
+            ],
             **{theirs: settings[ours] for ours, theirs in optional.items() if ours in settings},
         )
         cluster.scale(jobs=settings["jobs"])

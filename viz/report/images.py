@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
 
+from engine.children import module_line
 from engine.errors import ExportError
 from viz.report.report import ReportFigure
 
@@ -67,12 +68,11 @@ def write_images(
 def _run(job: str, limit: float) -> tuple[int, str]:
     """Draw in another process and return its status and what it said of an error."""
     with subprocess.Popen(
-        [sys.executable, "-m", "viz.report.images"],
+        module_line("viz.report.images"),
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        cwd=Path(__file__).resolve().parents[2],
     ) as process:
         try:
             _, error = process.communicate(job, timeout=limit)

@@ -3,7 +3,9 @@
 import os
 import signal
 import socket
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -65,3 +67,34 @@ def test_without_the_package_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ClusterError, match=r"pip install 'tensatlas\[cluster\]'"):
         DaskWorkers("tcp://127.0.0.1:1")
+
+
+@pytest.mark.parametrize("shadowed", ["scheduler", "worker"])
+def test_who_would_import_another_package_of_our_name_is_named(tmp_path, tiny_run, shadowed):
+    (tmp_path / "engine.py").write_text("")
+    ours = os.environ | {"PYTHONPATH": str(Path(engine.__file__).parents[1])}
+    env = {
+        who: ours | ({"PYTHONPATH": str(tmp_path)} if who == shadowed else {})
+        for who in ("scheduler", "worker")
+    }
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+    dask = [sys.executable, "-P", "-m"]
+    lines = {
+        "scheduler": [*dask, "distributed.cli.dask_scheduler", "--host", address, "--no-dashboard"],
+        "worker": [*dask, "distributed.cli.dask_worker", address, "--no-nanny", "--no-dashboard"],
+    }
+    started = [subprocess.Popen(line, env=env[who], cwd=tmp_path) for who, line in lines.items()]
+    try:
+        with (
+            pytest.raises(
+                ClusterError, match=rf"{shadowed} .*imports another package called engine \(.*engine.py\)"
+            ),
+            DaskWorkers(address) as workers,
+        ):
+            engine.runs.evolve.evolve(tmp_path / "run.tsmr", TINY, workers=workers)
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()

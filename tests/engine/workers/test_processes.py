@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 import engine.runs.evolve
-from engine.errors import InvalidData, TaskError
+from engine.errors import ClusterError, InvalidData, TaskError
 from engine.simulation.provenance import this_computer
 from engine.storage.reader import RunReader
 from engine.storage.writer import RunWriter
@@ -44,6 +44,29 @@ def test_two_processes_give_the_same_run_though_one_is_killed_at_work(tiny_run, 
     assert hash_of(path) == expected
     with RunReader(path) as reader:
         assert reader.computers() == {this_computer(): TINY.evaluations}
+
+
+def test_workers_that_are_killed_while_they_start_are_replaced(tiny_run, tmp_path):
+    _, expected = tiny_run
+    path = tmp_path / "run.tsmr"
+    with ProcessWorkers(2) as workers:
+        workers.start()
+        first = workers.pids
+        for pid in first:
+            os.kill(pid, signal.SIGKILL)
+        engine.runs.evolve.evolve(path, TINY, workers=workers)
+        assert not set(first) & set(workers.pids)
+    assert hash_of(path) == expected
+
+
+def test_workers_that_never_start_end_the_run_with_one_line(tmp_path, monkeypatch):
+    end = [sys.executable, "-I", "-S", "-c", "raise SystemExit(3)"]
+    monkeypatch.setattr("engine.workers.processes.module_line", lambda *_: end)
+    with (
+        ProcessWorkers(2) as workers,
+        pytest.raises(ClusterError, match=r"end before they can work \(status 3\)"),
+    ):
+        engine.runs.evolve.evolve(tmp_path / "run.tsmr", TINY, workers=workers)
 
 
 def test_a_robot_that_kills_its_worker_twice_has_failed_and_the_run_goes_on(bad_task, tmp_path):

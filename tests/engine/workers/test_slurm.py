@@ -1,8 +1,11 @@
 """What describes SLURM jobs: the file, and the job script that comes of it."""
 
+from pathlib import Path
+
 import pytest
 from dask_jobqueue import SLURMCluster
 
+import engine
 from engine.errors import InvalidData
 from engine.workers.slurm import MARGIN, lifetime, read_settings, slurm_cluster
 
@@ -20,6 +23,7 @@ prologue = ["source ~/venv/bin/activate"]
 def test_the_job_script_has_what_the_file_says(tmp_path, monkeypatch):
     file = tmp_path / "slurm.toml"
     file.write_text(GOOD)
+    monkeypatch.setenv("PYTHONPATH", "/of/others")
     asked = {}
     monkeypatch.setattr(SLURMCluster, "scale", lambda _self, *_, **sizes: asked.update(sizes))
     cluster, _ = slurm_cluster(file)
@@ -30,6 +34,9 @@ def test_the_job_script_has_what_the_file_says(tmp_path, monkeypatch):
         assert line in script.splitlines()
     assert "#SBATCH --cpus-per-task=4" in script.splitlines()
     assert "source ~/venv/bin/activate" in script.splitlines()
+    # nobody else's engine is found first, in the folder that the jobs are sent from or elsewhere
+    assert "export PYTHONSAFEPATH=1" in script.splitlines()
+    assert f"export PYTHONPATH={Path(engine.__file__).parents[1]}:/of/others" in script.splitlines()
     assert "--nworkers 4" in script
     assert "--nthreads 1" in script
     assert f"--lifetime {8 * 3600 - MARGIN}s" in script
