@@ -113,7 +113,8 @@ def go_on(model: Model, state: State, n: int, part: Real, goes_on: Mask) -> Poin
     across = sub(new, scale(normal, pushed))
     pushed = maximum(pushed, 0.0)
     size = square_root(maximum(dot(across, across), TINY))
-    new = add(scale(normal, pushed), scale(across, minimum(model.friction * pushed / size, 1.0)))
+    most = load(contact, CONTACT * n + 26) * pushed
+    new = add(scale(normal, pushed), scale(across, minimum(most / size, 1.0)))
     new = select3(goes_on, new, f)
     store3(contact, CONTACT * n + 6, new)
     return sub(new, f)

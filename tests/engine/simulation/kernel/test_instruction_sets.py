@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import os
 import subprocess
@@ -11,15 +12,20 @@ import llvmlite.binding as llvm
 import pytest
 
 from engine.tasks import SQUEEZING
-from tests.support.kernel_driven import EVERYTHING, all_bytes, driven, trials
+from tests.support.kernel_driven import EVERYTHING, MORPHOLOGY, all_bytes, driven, trials
 
 _FEATURES = llvm.get_host_cpu_features()
 
 
 def trial_hash(width=8):
-    """Return a digest of all that is known of three trials of 1.2 s."""
-    three = trials(driven(SQUEEZING), range(3), width=width)
-    return hashlib.sha256(b"".join(all_bytes(three, three.run(60, EVERYTHING)))).hexdigest()
+    """Return a digest of all that is known of three trials of 1.2 s, each without feet and with."""
+    found = []
+    for feet in ("none", "end"):
+        body = dataclasses.replace(MORPHOLOGY, feet=feet)
+        three = trials(driven(SQUEEZING, morphology=body), range(3), width=width)
+        found += all_bytes(three, three.run(60, EVERYTHING))
+    assert found[0] != found[3]
+    return hashlib.sha256(b"".join(found)).hexdigest()
 
 
 @pytest.mark.skipif("sse2" not in _FEATURES, reason="this processor is no x86-64")
