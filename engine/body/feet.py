@@ -16,6 +16,11 @@ FEET_TEXT: Final[dict[Feet, str]] = {"none": "none", "start": "toward the start"
 """What a person reads of a robot's feet."""
 
 
+def feet_note(feet: Feet) -> str:
+    """Return what to add to a few words about a body: ``, feet toward the end``, or nothing without feet."""
+    return "" if feet == "none" else f", feet {FEET_TEXT[feet]}"
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class BodyConfig:
     """What the bodies of a run have beyond modules; part of a run's configuration."""

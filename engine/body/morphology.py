@@ -344,6 +344,15 @@ def _differences(a: list[int], b: list[int]) -> int:
     return sum(x != y for x, y in zip(a, b, strict=True))
 
 
+def with_feet(body: Morphology, feet: Feet) -> Morphology:
+    """Return a body with other feet.
+
+    Raises:
+        InvalidData: there are no such feet.
+    """
+    return dataclasses.replace(body, feet=feet)
+
+
 def with_modules(body: Morphology, n: int) -> Morphology:
     """Return a body with modules removed from its end, or added there as copies of its last one.
 

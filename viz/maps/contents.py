@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+from engine.body.feet import feet_note
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.search.archive import Cell
@@ -31,7 +32,7 @@ class ShownElite:
         if body.stiffness_mode == "shared":
             stiff += f" ({stiffness_n_per_m(body.stiffness):.0f} N/m)"
         return (
-            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, {stiff}\n"
+            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, {stiff}{feet_note(body.feet)}\n"
             f"robot {self.number}, generation {self.generation}"
         )
 

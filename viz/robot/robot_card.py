@@ -6,6 +6,7 @@ import html
 
 import numpy as np
 
+from engine.body.feet import FEET_TEXT
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
@@ -40,6 +41,7 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
         _ROW.format("faces", " ".join(map(str, body.faces))),
+        *([_ROW.format("feet", _feet(body, config))] if body.feet != "none" else ()),
         _ROW.format("head", "last module" if evaluation.head_is_end else "first module"),
         _ROW.format("descends from", _origin(evaluation)),
     ]
@@ -88,6 +90,12 @@ def _stiffness(body: Morphology) -> str:
     if body.stiffness_mode == "shared":
         return f"{body.stiffness_text} · {stiffness_n_per_m(body.stiffness):.1f} N/m"
     return f"{body.stiffness_text} (first to last)"
+
+
+def _feet(body: Morphology, config: RunConfig) -> str:
+    """Return which way the feet slide, and both coefficients of friction."""
+    physics = config.physics
+    return f"{FEET_TEXT[body.feet]} · {physics.feet_forward:g} / {physics.feet_backward:g}"
 
 
 def _headline(f_s: float | None) -> str:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.body.feet import FEET, BodyConfig
+from engine.body.feet import FEET, BodyConfig, feet_note
 from engine.body.morphology import (
     BodyRates,
     Morphology,
@@ -16,6 +16,7 @@ from engine.body.morphology import (
     mutate_morphology,
     random_morphology,
     with_face,
+    with_feet,
     with_modules,
     with_stiffness,
 )
@@ -90,6 +91,12 @@ def test_other_changes_keep_them(seed, mode):
     for changed in (with_modules(body, 2), with_modules(body, 10), with_face(body, 0, 8)):
         assert changed.feet == "end"
     assert with_stiffness(body, 3).feet == "end"
+
+
+def test_feet_can_be_changed_by_hand():
+    body = Morphology(5, (1, 2), (1, 2))
+    assert with_feet(body, "start") == Morphology(5, (1, 2), (1, 2), "start")
+    assert [feet_note(f) for f in FEET] == ["", ", feet toward the start", ", feet toward the end"]
 
 
 def test_a_change_of_feet_is_told():
