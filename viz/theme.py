@@ -17,6 +17,8 @@ ROD: Final = (196, 201, 209)
 SERVO_ROD: Final = (240, 138, 60)
 HEAD_ROD: Final = (54, 199, 178)
 NODE: Final = (120, 128, 140)
+FOOT: Final = (236, 92, 160)
+"""A foot that grips one way."""
 CABLE_SLACK: Final = (48, 60, 80)
 CABLE_TAUT: Final = (92, 156, 222)
 CABLE: Final = (84, 116, 156)

@@ -3,7 +3,8 @@
 Read in this order:
 
 - ``player``: plays a replay while it is simulated; hands on every ``ReplayMoment`` that is due.
-- ``scene``: draws one robot. ``robot_drawing``: its body, target and walls. ``overlays``: numbers and trail.
+- ``scene``: draws one robot. ``robot_drawing``: its body, target and walls. ``fins``: its feet.
+  ``overlays``: numbers and trail.
 - ``scene_camera``: shows what matters and follows the robot.
 - ``side_by_side``: several replays as one. ``side_by_side_scene``: their lanes in the scene.
 - ``transport``: the panel with play, time, trial and overlays; its layout is in ``transport.css``.

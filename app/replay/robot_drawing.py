@@ -12,6 +12,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
+from app.replay.fins import Fins
 from app.replay.overlays import OverlayLayer, Overlays
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
@@ -93,6 +94,8 @@ class RobotDrawing:
             f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
         )
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
+        feet = replay.morphology.feet
+        self._fins = None if feet == "none" else Fins(scene, f"{prefix}/robot/feet", feet, drawing)
         self._layer = OverlayLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
         self._has_target = False
@@ -123,6 +126,8 @@ class RobotDrawing:
         put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
         put_arrays(self._nodes, batched_positions=drawing.nodes)
         put_arrays(self._cables, points=drawing.cables)
+        if self._fins is not None:
+            self._fins.show(drawing)
         colored = (index // COLOR_STEP if overlays.tension else 0, overlays.tension)
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)
@@ -138,6 +143,8 @@ class RobotDrawing:
         for handle in self._handles:
             handle.remove()
         self._handles = []
+        if self._fins is not None:
+            self._fins.remove()
         self._layer.remove()
 
     def _add_target(self, target: np.ndarray) -> None:
