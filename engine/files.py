@@ -69,6 +69,8 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
                     os.fsync(f.fileno())
                 if where.exists():
                     shutil.copymode(where, part)
+            except FileExistsError:  # of the folders above, not of the file
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)) from None
             except OSError as e:
                 raise OSError(e.errno, e.strerror, str(path)) from None
             except RuntimeError:  # how Python tells of links that lead to each other

@@ -128,6 +128,8 @@ def test_what_is_no_file_is_not_replaced(tmp_path: Path) -> None:
     finally:
         os.close(reading)
     assert pipe.is_fifo()
+    with pytest.raises(NotADirectoryError, match="Not a directory"):
+        write_files({pipe / "new": "x"})
     with pytest.raises(IsADirectoryError) as caught:
         write_files({tmp_path / "new": "x", folder: "x"})
     assert caught.value.filename == str(folder)
