@@ -8,5 +8,5 @@ Read in this order:
 - ``feet``: friction of feet that grip one way.
 - ``contact``: one contact. ``ground``, ``walls``, ``capsule_box``, ``rod_contacts``: where rods touch what.
 - ``links``: limits of the links between modules.
-- ``solver``: sweeps over islands until each settles. ``corners``: those whose contacts settle slowly.
+- ``solver``: sweeps over islands until each settles. ``descent``: those whose contacts settle slowly.
 """
