@@ -105,10 +105,17 @@ class Choice:
     Attributes:
         selection: the robot, None for none.
         trial: of the robot.
+        greets: whether nobody has chosen the robot: the app greets with it.
     """
 
     selection: Selection | None = None
     trial: TrialChoice = FIRST_TRIAL
+    greets: bool = False
+
+    @property
+    def wanted(self) -> Selection | None:
+        """The robot that the user, or an address, has chosen."""
+        return None if self.greets else self.selection
 
     def select(self, selection: Selection) -> None:
         """Choose another robot; the trial is kept."""
@@ -120,4 +127,4 @@ class Choice:
 
     def forget(self) -> None:
         """Choose no robot."""
-        self.selection, self.trial = None, FIRST_TRIAL
+        self.selection, self.trial, self.greets = None, FIRST_TRIAL, False

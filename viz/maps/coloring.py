@@ -93,9 +93,18 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
+    return by_number(robust_fitness(reader), "robust f_s cm")
+
+
+def robust_fitness(reader: RunReader) -> dict[int, float]:
+    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
     robust = load_robust_of(reader)
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
-    return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
+    return {n: 100 * f_s for n, f_s in found.items()}
 
 
 USUAL: Final = "fitness f_s"
