@@ -21,6 +21,7 @@ from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from tests.browser.conftest import PATIENCE
 from tests.support.widgets import field_of
+from viz import words
 
 pytestmark = pytest.mark.browser
 WATCH = """
@@ -140,6 +141,22 @@ def test_the_best_robot_greets_and_can_be_looked_at_from_all_sides(
             return bool(np.abs(x).max() < 1.0 and y.max() < 1.0 and y.min() > -1.0 + 2 * 180 / 720)
 
         wait_until(page, all_in_view)
+
+        # a cell that is pointed at draws its robot and says in words what it gains; who lies still is pale
+        cells = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
+        tip = page.locator("#ta-tip")
+        for nth in (1, 2):
+            cells.nth(nth).hover(force=True)
+            faces = cells.nth(nth).get_attribute("data-b") or ""
+            expect(tip).to_contain_text(f"{len(faces)} modules")
+            expect(tip).to_contain_text(re.compile(r"(lies still|closer|farther) · f_s -?\d+\.\d\d cm"))
+            expect(tip.locator("svg.ta-body .ta-module")).to_have_count(len(faces))
+        for kinds, hint in cells.evaluate_all("l => l.map(e => [e.firstChild.classList.value, e.dataset.h])"):
+            assert ("z" in kinds.split()) == ("lies still" in hint)
+        expect(page.locator(".ta-card [title]").first).to_have_attribute("title", words.plain(words.F_S))
+        expect(page.locator(".ta-figures").first).to_have_attribute(
+            "title", re.compile(re.escape(words.plain(words.QD_SCORE)))
+        )
 
         # who chooses a robot sees it at its own speed, and a target that is in view in a slow browser, too
         cell = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]').first

@@ -4,9 +4,10 @@ window.taBody ||= (() => {
   // faces: a figure from 1 to 8 for each module; head: index of the head module
   return (faces, head) => {
     const [dx, dy] = data.step, n = faces.length, margin = 48, c = data.colors;
+    const thick = Math.max(1, n / 5); // long robots are drawn smaller
     const parts = [...faces].map((face, i) => {
       const m = data.modules[i % 2][face - 1];
-      const line = (d, color, width) => `<path d="${d}" stroke="${color}" stroke-width="${width}"/>`;
+      const line = (d, color, width) => `<path d="${d}" stroke="${color}" stroke-width="${width * thick}"/>`;
       return (
         `<g class="ta-module" transform="translate(${dx * i} ${dy * i})">` +
         line(m.cables, c.cable, 0.9) + line(m.rods, i === head ? c.head : c.rod, 3.6) +
