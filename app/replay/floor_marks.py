@@ -40,10 +40,8 @@ def disc_glb(rims: Sequence[Rim], radii: Sequence[float] = (), *, solid: bool = 
     radii = radii or tuple(np.linspace(0.0, 1.0, len(rims)))
     angle = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    places = np.concatenate([r * ring for r in radii]).astype("<f4")
-    colors = np.repeat(np.array(rims, dtype=float) / 255.0, SIDES, axis=0)
-    colors[:, :3] **= 2.2  # glTF's are linear
-    shades = np.round(255.0 * colors).astype(np.uint8)
+    places = np.concatenate([r * ring for r in radii])
+    colors = np.repeat(np.array(rims), SIDES, axis=0)
     here = np.arange(SIDES)
     after = (here + 1) % SIDES
     faces = np.concatenate(
@@ -58,12 +56,23 @@ def disc_glb(rims: Sequence[Rim], radii: Sequence[float] = (), *, solid: bool = 
             ]
             for k in range(len(rims) - 1)
         ]
-    ).astype("<u2")
-    return _glb(places, shades, faces, solid=solid)
+    )
+    return flat_glb(places, colors, faces, solid=solid)
 
 
-def _glb(places: np.ndarray, shades: np.ndarray, faces: np.ndarray, *, solid: bool) -> bytes:
-    parts = [a.tobytes() for a in (places, shades, faces)]
+def flat_glb(places: np.ndarray, colors: np.ndarray, faces: np.ndarray, *, solid: bool = False) -> bytes:
+    """Return triangles without light and shade as a GLB file.
+
+    Args:
+        places: (n, 3) of the corners, at most 65536.
+        colors: (n, 4) theirs, and how much they cover, 0 to 255.
+        faces: (k, 3) which corners.
+        solid: whether they hide what is behind them, whatever their colours cover.
+    """
+    places, faces = places.astype("<f4"), faces.astype("<u2")
+    shares = colors / 255.0
+    shares[:, :3] **= 2.2  # glTF's are linear
+    parts = [a.tobytes() for a in (places, np.round(255.0 * shares).astype(np.uint8), faces)]
     starts = np.cumsum([0, *map(len, parts)])
     document = {
         "asset": {"version": "2.0"},
@@ -99,7 +108,7 @@ def _glb(places: np.ndarray, shades: np.ndarray, faces: np.ndarray, *, solid: bo
                 "bufferView": 1,
                 "componentType": BYTE,
                 "normalized": True,
-                "count": len(shades),
+                "count": len(colors),
                 "type": "VEC4",
             },
             {"bufferView": 2, "componentType": SHORT, "count": int(faces.size), "type": "SCALAR"},
