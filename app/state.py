@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 from engine.analysis.profile import ProfileHistory
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
@@ -81,6 +82,16 @@ class Selection:
     evaluation: Evaluation
     entered: int | None
     line: tuple[Ancestor, ...] = ()
+
+    @classmethod
+    def of(cls, reader: RunReader, archive: str, cell: Cell | None, number: int) -> Self:
+        """Return the robot of an evaluation as chosen in an archive.
+
+        Raises:
+            RunFileError: the run has no such evaluation.
+        """
+        evaluation, entered = reader.evaluation(number), reader.generation_of(number)
+        return cls(archive, cell, evaluation, entered, tuple(reader.lineage(number)))
 
     @property
     def is_ancestor(self) -> bool:

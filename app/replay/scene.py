@@ -56,6 +56,7 @@ class Scene:
         """Which overlays the next frame has."""
         self._seen: tuple[Drawing, Playable] | None = None
         self._view: View = "frame"
+        self._next: View = "frame"
         self.circles = False
         """Whether the camera slowly circles what it follows."""
         self._circled = 0.0
@@ -75,9 +76,9 @@ class Scene:
                 self._look_at(*self._seen)
 
     def begin_with(self, view: View) -> None:
-        """Look at the next robot in a way of its own."""
+        """Look in this way at the robots to come."""
         with self._drawing:
-            self._view = view
+            self._next = view
 
     def clear(self) -> None:
         """Remove the robot."""
@@ -90,6 +91,7 @@ class Scene:
         if self._robot is None or is_new:
             self._clear()
             self._robot = RobotDrawing(self._scene, replay)
+            self._view = self._next
         drawing = self._robot.compute(moment.time, overlays)
         self._seen = (drawing, replay)
         placed = self._robot.place_world()

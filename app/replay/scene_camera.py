@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import dataclasses
 import math
 import threading
@@ -57,7 +56,7 @@ class SceneCamera:
         self._phone = client.camera.image_width <= PHONE_WIDTH
         client.camera.fov = FIELD_OF_VIEW
         self._eye, self._focus = np.array([0.6, -1.0, 0.5]), np.zeros(3)
-        self._sent: collections.deque[np.ndarray] = collections.deque(maxlen=KNOWN_PLACES)
+        self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
         self._framing: Framing | None = None
         self._size = (0, 0)
         self._followed = np.zeros(2)
@@ -79,7 +78,7 @@ class SceneCamera:
     def _show(self, framing: Framing) -> None:
         self._framing, self._framed_at = framing, self._followed
         camera = self._client.camera
-        self._sent.append(np.array(camera.position))  # which may be reported once more
+        self._remember(camera.position)  # which may be reported once more
         self._size = (width, height) = (camera.image_width, camera.image_height)
         sides = max(SIDES, 0.5 * (1.0 - framing.part) * width)
         window = Window(
@@ -122,17 +121,22 @@ class SceneCamera:
 
     def _go(self, eye: np.ndarray, focus: np.ndarray) -> None:
         self._eye, self._focus = eye, focus
-        self._sent.append(eye)
+        self._remember(eye)
         camera = self._client.camera
         with self._client.atomic():
             camera.position, camera.look_at = tuple(eye), tuple(focus)
+
+    def _remember(self, place: np.ndarray) -> None:
+        """Take note of a (3,) place that may be reported and is not the user's doing."""
+        self._sent[self._n_sent % KNOWN_PLACES] = place
+        self._n_sent += 1
 
     def _reported(self) -> None:
         """Take note of where the browser says that its camera is, and how large its scene is."""
         camera = self._client.camera
         with self._mutex:
             place = np.array(camera.position)
-            if not any(np.allclose(place, p, 0.0, SAME) for p in self._sent):
+            if np.abs(self._sent - place).max(axis=1).min() > SAME:
                 self._eye, self._focus = place, np.array(camera.look_at)
                 self._framing = None  # it is the user's now
             framing, size = self._framing, (camera.image_width, camera.image_height)

@@ -152,7 +152,7 @@ class ChosenRobot:
         """
         self._end_greeting()
         reader = self._reader()
-        self._show(reader, _selection(reader, archive, cell, number), trial)
+        self._show(reader, Selection.of(reader, archive, cell, number), trial)
 
     def greet(self, n_trials: int) -> None:
         """Show the best robot of the run, if there is any, on its way to the target that it reaches best.
@@ -167,7 +167,7 @@ class ChosenRobot:
         if best is None or self._choice.selection is not None:
             return
         reader = self._reader()
-        chosen = _selection(reader, *best)
+        chosen = Selection.of(reader, *best)
         evaluation = chosen.evaluation
         body = evaluation.solution.morphology
         self.overlay.show_still(body, body.n_modules - 1 if evaluation.head_is_end else 0)
@@ -317,10 +317,3 @@ class ChosenRobot:
 
     def _reader(self) -> RunReader:
         return self._library.shown(self._run.path)
-
-
-def _selection(reader: RunReader, archive: str, cell: Cell | None, number: int) -> Selection:
-    """Return the robot of an evaluation as chosen in an archive."""
-    return Selection(
-        archive, cell, reader.evaluation(number), reader.generation_of(number), tuple(reader.lineage(number))
-    )
