@@ -122,6 +122,7 @@ class ArchivesPanel:
         self._clear()
         self.show_changes(())
         self._slider.disabled = self._play.disabled = True
+        put(self._slider, 0)
 
     def show_status(
         self, reader: RunReader, generation: Generation | None, n: int, *, live: bool, complete: bool
@@ -145,6 +146,8 @@ class ArchivesPanel:
         )
         if generation is None:
             self._clear()
+            self._slider.disabled = self._play.disabled = True
+            put(self._slider, 0)
             self._maps[0].content = (
                 '<div style="padding:24px 10px;opacity:.8">The maps appear when the first generation,'
                 " all of random robots, has been evaluated.</div>"

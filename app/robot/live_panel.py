@@ -10,12 +10,12 @@ import viser
 from app.gui.widgets import put_html
 from app.replay.player import ReplayMoment
 from engine.body.kinematics import contraction, internal_lengths
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.trials import driving
-from engine.tasks import get_task
+from engine.tasks import Task
 from viz.robot import network_diagram, servo_plot
 from viz.robot.network_diagram import NetworkDiagram
 
@@ -46,7 +46,7 @@ class LivePanel:
             self._servos_live = gui.add_html("")
         self._diagram: NetworkDiagram | None = None
         self._evaluation: Evaluation | None = None
-        self._names: tuple[str, ...] = ()
+        self._task: Task | None = None
         self._updated = 0.0
         self._shown: tuple[Playable, int] | None = None
         self._plotted: tuple[Playable, tuple[float, float]] | None = None
@@ -56,11 +56,11 @@ class LivePanel:
     def show_robot(self, config: RunConfig, evaluation: Evaluation) -> None:
         """Draw another robot's network."""
         solution = evaluation.solution
-        self._names = get_task(config.task).inputs
+        self._task = task = task_of(config)
         diagram = NetworkDiagram(
             driving(solution.controller, config.trials),
             solution.morphology.n_modules,
-            self._names,
+            task.inputs,
             head_is_end=evaluation.head_is_end,
         )
         self._shown = None
@@ -88,13 +88,14 @@ class LivePanel:
 
     def _show_network(self, sensed: np.ndarray | None, *, knows: bool) -> None:
         diagram = self._diagram
-        if diagram is None or (sensed is not None and len(sensed) != len(self._names)):
+        task = self._task
+        if diagram is None or task is None or (sensed is not None and len(sensed) != task.n_inputs):
             return
         neurons = {} if sensed is None else diagram.network.neurons(sensed)
         put_html(
             self._network_live,
             f"<style>{diagram.style(neurons)}</style>"
-            + (network_diagram.sensed_line(self._names, sensed) if knows else ""),
+            + (network_diagram.sensed_line(task, sensed) if knows else ""),
         )
 
     def _show_servos(self, replay: Playable, moment: float, now: float) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz.maps import heatmap, nested
-from viz.maps.coloring import FITNESS, Coloring
+from viz.maps.coloring import Coloring
 from viz.maps.contents import Content, ShownElite
 from viz.maps.heatmap import Heatmap
 from viz.maps.layouts import MapView
@@ -128,11 +128,6 @@ def pictures(
         _values(contents, coloring, views, chosen),
         lengths=coloring.lengths,
     )
-    fallback = palette.apply(
-        FITNESS.scale(_values(reference, FITNESS, views, chosen)),
-        _values(contents, FITNESS, views, chosen),
-        lengths=True,
-    )
     drawn = []
     for s, known in zip(shown, values, strict=True):
         picture = MapPicture(
@@ -142,10 +137,12 @@ def pictures(
             elites=s.elites,
             sources=s.sources,
             title=s.view.title(s.content.axes, s.outer),
-            figures=_figures(s.view, s.content, s.axes, s.elites),
+            figures=coloring.unknown
+            if s.elites and not known
+            else _figures(s.view, s.content, s.axes, s.elites),
             tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in s.elites.items()},
-            values=known or FITNESS.values(s.axes, s.elites),
-            scale=scale if known or not s.elites else fallback,
+            values=known,
+            scale=scale,
         )
         drawn.append(_with_fresh(picture, before))
     return drawn

@@ -40,7 +40,7 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
         _ROW.format("faces", " ".join(map(str, body.faces))),
-        _ROW.format("head", "last module" if evaluation.head_is_end else "first module"),
+        _ROW.format("head", f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"),
         _ROW.format("descends from", _origin(evaluation)),
     ]
     if entered is not None:

@@ -84,8 +84,8 @@ def render(
         weight = ' style="font-weight:700"' if m == head else ""
         parts.append(
             f'<text x="{LEFT - 7}" y="{base - row * _SCALE / 2 + 3:.1f}" text-anchor="end"'
-            f' fill="currentColor"{weight}>{m + 1}'
-            f"<title>module {m + 1}{', the head' if m == head else ''}</title></text>"
+            f' fill="currentColor"{weight}>{m}'
+            f"<title>module {m}{', the head' if m == head else ''}</title></text>"
             f'<path d="M{LEFT} {base:.1f}H{RIGHT}" stroke="currentColor" stroke-opacity="0.18"/>'
         )
         for values, color, width in ((commanded, COMMANDED, 1.0), (reached, REACHED, 1.4)):

@@ -26,7 +26,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     n = facts.morphology.n_modules
     summary = facts.task.summary or f"task {facts.task.name}"
     left: list[Flowable] = [
-        Paragraph(f"Robot {facts.robot_id}", style.TITLE),
+        Paragraph(style.escaped(f"{facts.name} of {facts.run_name}"), style.TITLE),
         blocks.gap(2),
         blocks.body(
             f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_grams(facts.mass)} g, evolved in"
@@ -52,7 +52,8 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
 
 def qr_text(facts: Facts) -> str:
     """Return what the QR code says: the robot's id, its run and cell, and its address in the explorer."""
-    return f"TensAtlas robot {facts.robot_id}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
+    robot = f"TensAtlas robot {facts.evaluation.solution.number}, id {facts.robot_id}"
+    return f"{robot}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
 
 
 def _identity(facts: Facts, width: float) -> Flowable:
@@ -62,7 +63,12 @@ def _identity(facts: Facts, width: float) -> Flowable:
     rows = [
         ("Run", style.escaped(facts.run_name), "Modules", f"{facts.morphology.n_modules}, numbered from 0"),
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
-        ("Evaluation no.", str(facts.evaluation.solution.number), "Cable stiffness", _stiffness(facts)),
+        (
+            "Robot, id",
+            f"{facts.evaluation.solution.number}, {facts.robot_id}",
+            "Cable stiffness",
+            _stiffness(facts),
+        ),
         (
             "Task",
             style.escaped(facts.task.name),
