@@ -8,9 +8,9 @@ from collections.abc import Callable
 import viser
 
 from app.downloads.basket import (
+    MEMORY_KEY,
+    MOST,
     BasketItem,
-    BasketMemory,
-    Kept,
     added,
     export_basket,
     exported,
@@ -20,6 +20,8 @@ from app.downloads.basket_panel import BasketEvents, BasketPanel
 from app.downloads.recording import recording
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
+from app.gui.remembered_robots import Kept, RememberedRobots
+from app.gui.top_bar import TopBar
 from app.limits import SimulationBudget
 from app.replay.player import Player
 from app.runs.library import Library
@@ -45,6 +47,7 @@ class Downloads:
 
     Args:
         client: the browser.
+        bar: of the browser.
         run: that is shown.
         choice: the chosen robot and its trial.
         library: the runs.
@@ -57,6 +60,7 @@ class Downloads:
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         run: ShownRun,
         choice: Choice,
         library: Library,
@@ -69,10 +73,11 @@ class Downloads:
         self._run, self._choice, self._library, self._actions = run, choice, library, actions
         self._maker, self._player, self._budget = maker, player, budget
         self._basket: tuple[BasketItem, ...] = ()
-        self._memory: BasketMemory | None = None
+        self._memory: RememberedRobots | None = None
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
+            bar,
             BasketEvents(
                 record=guarded(self.record),
                 table=guarded(self.table),
@@ -89,7 +94,7 @@ class Downloads:
         Args:
             gui: at a place that is always on the page.
         """
-        self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
+        self._memory = RememberedRobots(gui, MEMORY_KEY, MOST, self._actions.guarded(self._restore))
 
     def export(self) -> None:
         """Send the folder of the chosen robot as a zip.
@@ -190,7 +195,7 @@ class Downloads:
             named = [(run_name(i.path, paths), i.number) for i in items]
             self._memory.keep([(name, number) for name, number in named if name is not None])
 
-    def _restore(self, kept: list[Kept]) -> None:
+    def _restore(self, kept: list[Kept], _marked: bool) -> None:
         """Put back what the basket held; say so if some of it is gone."""
         paths, items = self._library.runs(), self._basket
         for name, number in kept:

@@ -12,7 +12,7 @@ import viser
 
 from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file, run_script
-from app.gui.widgets import ignoring_event, in_a_row, put, put_html
+from app.gui.widgets import ignoring_event, in_a_row, panel_widths, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
@@ -27,7 +27,6 @@ from viz.maps.map_pictures import MapPicture
 from viz.runs import trend
 from viz.runs.run_list import RunFacts, state_markup
 
-WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
 PLAY_HINT = "Run through the generations, from the first one if the last is shown"
 MAX_MAPS = 4
@@ -57,9 +56,8 @@ class ArchivesPanel:
 
     def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
         gui = client.gui
-        panel = self.panel = gui.add_panel()
-        """Where tabs of other things may lie beside this one."""
-        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
+        panel = gui.add_panel()
+        with panel.add_tab("Maps", viser.Icon.GRID_DOTS):
             self.picker = RunPicker(gui, facts)
             """The list of runs."""
             self._status = gui.add_html("")
@@ -87,14 +85,14 @@ class ArchivesPanel:
             self._keys = ClickChannel(gui, label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
-                + f"<style>{page_file('archives_panel.css', __package__)}</style>"
+                + f"<style class='ta-plain'>{page_file('archives_panel.css', __package__)}</style>"
                 + run_script(SCRIPT)
                 + render_key("space", "key-space", self._keys.handler)
-                + in_a_row((self._slider, 78), (self._play, 22))
+                + in_a_row((self._slider, 70), (self._play, 30))
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
-        panel.set_width(WIDTH)
+        panel.set_width(panel_widths(client.camera.image_width)[0])
 
     def connect(self, events: ArchivesEvents) -> None:
         """Report from now on what the user does; call it once, when all that it is reported to is there."""

@@ -9,6 +9,8 @@ import viser
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
 from app.gui.page_channel import page_file
+from app.gui.viser_private import selector
+from app.gui.widgets import panel_widths
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
 from engine.config import RunConfig
@@ -17,19 +19,18 @@ from engine.storage.rows import Ancestor
 from engine.tasks import get_task
 from viz.robot import robot_card
 
-WIDTH = 330
 WELCOME = (
     "**1** · Every cell of a map is a robot: the best of its kind.\n\n"
     "**2** · Click a filled cell to watch it crawl towards its target, the cyan post.\n\n"
-    "**3** · Take it along with *Export*, or evolve your own below."
+    "**3** · Take it along with *Export*, or evolve your own: *New run*, above."
 )
 
 
-def dock(gui: viser.GuiApi) -> None:
-    """Put a browser's main panel to the right, where what is said about a robot goes."""
-    gui.set_panel_label("TensAtlas")
+def dock(gui: viser.GuiApi, width: int) -> None:
+    """Put a browser's main panel, so many pixels wide, to the right, where a robot is shown."""
+    gui.set_panel_label("Robot")
     gui.main_panel.dock_right()
-    gui.main_panel.set_width(WIDTH)
+    gui.main_panel.set_width(width)
 
 
 class RobotPanel:
@@ -45,34 +46,38 @@ class RobotPanel:
         self, client: viser.ClientHandle, actions: Actions, ancestor_chosen: Callable[[int], None]
     ) -> None:
         gui = client.gui
-        dock(gui)
-        with gui.add_folder("Robot"):
-            gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
-            self._welcome = gui.add_markdown(WELCOME)
-            self._card = gui.add_html("")
-            self.export = gui.add_button(
-                "Export",
-                icon=viser.Icon.DOWNLOAD,
-                disabled=True,
-                hint="Download this robot as a zip: build sheet, parts, firmware, MJCF. Choose paper and"
-                " material under Take along",
-            )
-            """Asks for the robot's folder; who makes it listens."""
-            self.pin = gui.add_button(
-                "Pin",
-                icon=viser.Icon.PIN,
-                color="gray",
-                disabled=True,
-                hint="Pin or unpin this robot: those pinned can be seen side by side, see below",
-            )
-            """Asks to pin the robot; who keeps the pins listens."""
-            self.maker = FileMaker(client, actions)
-            """Makes files of the robot one at a time, and shows below the buttons how far each is."""
-            self.tabs = gui.add_tab_group()
-            """Where tabs of other things about the robot may lie."""
-            self.live = LivePanel(gui, self.tabs)
-            """What goes on inside it while it is replayed."""
-            self._lineage = LineagePanel(gui, self.tabs, ancestor_chosen)
+        dock(gui, panel_widths(client.camera.image_width)[1])
+        gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
+        self._welcome = gui.add_markdown(WELCOME)
+        self._card = gui.add_html("")
+        self.export = gui.add_button(
+            "Export",
+            icon=viser.Icon.DOWNLOAD,
+            disabled=True,
+            hint="Download this robot as a zip: build sheet, parts, firmware, MJCF. Choose paper and"
+            " material under Take along",
+        )
+        """Asks for the robot's folder; who makes it listens."""
+        self.pin = gui.add_button(
+            "Pin",
+            icon=viser.Icon.PIN,
+            color="gray",
+            disabled=True,
+            hint="Pin or unpin this robot: those pinned can be seen side by side",
+        )
+        """Asks to pin the robot; who keeps the pins listens."""
+        halves = "".join(
+            f"{selector(button)}{{float:left;width:calc({share}% - 18px);box-sizing:border-box}}"
+            for button, share in ((self.export, 60), (self.pin, 40))
+        )
+        gui.add_html(f"<style>{halves}{selector(self.pin)}~*{{clear:both}}</style>")
+        self.maker = FileMaker(client, actions)
+        """Makes files of the robot one at a time, and shows below the buttons how far each is."""
+        self.tabs = gui.add_tab_group()
+        """Where tabs of other things about the robot may lie."""
+        self.live = LivePanel(gui, self.tabs)
+        """What goes on inside it while it is replayed."""
+        self._lineage = LineagePanel(gui, self.tabs, ancestor_chosen)
 
     def show_robot(
         self,

@@ -66,7 +66,7 @@ class RunForm:
         start: called to start the run that the form holds.
     """
 
-    def __init__(self, gui: viser.GuiApi, folder: viser.GuiFolderHandle, start: Callable[[], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, folder: viser.GuiTabHandle, start: Callable[[], None]) -> None:
         self._gui = gui
         self._fields: list[_Field] = []
         self._mark: viser.GuiHtmlHandle | None = None

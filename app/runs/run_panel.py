@@ -1,4 +1,4 @@
-"""Run control of one browser, below the robot: the progress of the shown run, and new runs."""
+"""Run control of one browser, in two windows: the progress of the shown run, and new runs."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
+from app.gui.top_bar import TopBar
 from app.gui.widgets import put, put_html
 from app.runs import launcher
 from app.runs.run_form import RunForm
@@ -36,7 +37,8 @@ class RunPanel:
     """Starts, pauses, resumes and stops runs, and shows the progress of one.
 
     Args:
-        client: the browser; the folders go into its main panel.
+        client: the browser.
+        bar: of the browser; it gets a window for this run, and one for new runs.
         actions: of the browser.
         run: that is shown.
         show: called with a run that was started.
@@ -47,6 +49,7 @@ class RunPanel:
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         actions: Actions,
         run: ShownRun,
         *,
@@ -61,7 +64,8 @@ class RunPanel:
         self._seen_path: Path | None = None
         self._dumps: list[Path] = []
         self._form: RunForm | None = None
-        with gui.add_folder("This run"):
+        self._bar = bar
+        with bar.window("Run", viser.Icon.ACTIVITY, "How far this run is; pause, resume or stop it"):
             self._progress = gui.add_progress_bar(0.0)
             self._text = gui.add_html("")
             self._trouble = gui.add_html("")
@@ -93,7 +97,7 @@ class RunPanel:
             return
         self._form = RunForm(
             gui,
-            gui.add_folder("New run", expand_by_default=False),
+            bar.window("New run", viser.Icon.ROCKET, "Evolve an atlas of your own"),
             actions.slow(self.start_run),
         )
         self._pause.on_click(actions.slow(self.pause_run))
@@ -127,6 +131,7 @@ class RunPanel:
             self._seen_path = path
         self._seen.append((time.monotonic(), n))
         put(self._progress, 100.0 * min(n / budget, 1.0))
+        self._bar.tell("Run", f"{min(n / budget, 1.0):.0%}" if live else "")
         speed = _speed(generations, self._seen) if live else None
         n_failed = 0 if last is None else last.n_failed
         n_kept = None if slimmed is None else slimmed.n_kept
@@ -155,6 +160,7 @@ class RunPanel:
             self._form.start.disabled = False
         with self._actions.mutex:
             self._show(path)
+        self._bar.open("Run")
         self._actions.notify("Started", f"{printable(path.name)} evolves in a separate process.")
 
     def pause_run(self) -> None:

@@ -7,6 +7,7 @@ Read in this order:
 - ``navigation``: goes where the browser's address points, and keeps the address true.
 - ``address``: what an address says.
 - ``commands``: the command palette.
+- ``preferences``: what a browser remembers: light or dark.
 - ``software_rendering``: what a browser without a graphics card is spared.
 - ``dump_session``: a browser that looks at a failed simulation instead of runs.
 """

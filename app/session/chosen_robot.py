@@ -12,9 +12,9 @@ import viser
 from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
 from app.gui.lanes import Lane
-from app.gui.widgets import ignoring_event
+from app.gui.top_bar import TopBar
+from app.gui.widgets import ignoring_event, panel_widths
 from app.limits import VISITOR_SECONDS, SimulationBudget
-from app.maps import archives_panel
 from app.maps.map_board import MapBoard
 from app.replay.ground_picker import GroundPicker
 from app.replay.player import Player
@@ -41,6 +41,7 @@ class ChosenRobot:
 
     Args:
         client: the browser.
+        bar: of the browser.
         run: that is shown.
         choice: that it makes.
         library: the runs.
@@ -54,6 +55,7 @@ class ChosenRobot:
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         run: ShownRun,
         choice: Choice,
         library: Library,
@@ -75,15 +77,17 @@ class ChosenRobot:
         """Plays it."""
         self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
         self.downloads = Downloads(
-            client, run, choice, library, actions, self._panel.maker, self.player, budget=self._budget
+            client, bar, run, choice, library, actions, self._panel.maker, self.player, budget=self._budget
         )
         """Makes files of it."""
         self._source = ReplaySource(
             client,
+            bar,
             scene,
             camera,
             self._panel,
             actions,
+            library=library,
             play=self._play_again,
             may_simulate=self._may_simulate,
         )
@@ -92,11 +96,19 @@ class ChosenRobot:
             self.player,
             scene,
             TransportEvents(guarded(self.choose_trial), guarded(self.place_target)),
-            taken=archives_panel.WIDTH + robot_panel.WIDTH,
+            taken=sum(panel_widths(client.camera.image_width)),
         )
         self.player.show_with(self._source.show)
         self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))
         self._panel.pin.on_click(ignoring_event(guarded(self._source.pins.pin_or_unpin)))
+
+    def arrived(self, gui: viser.GuiApi) -> None:
+        """Bring back the pinned robots, once what the address names is shown.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        self._source.pins.begin(gui)
 
     def cancel(self) -> None:
         """Give up what is simulated, played and made for a browser that has gone."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import viser
 
 from app.gui.lanes import Lane
+from app.gui.widgets import panel_widths
 from app.replay.player import Player
 from app.replay.scene import Scene
 from app.replay.scene_camera import SceneCamera
 from app.replay.transport import TransportEvents, TransportPanel
-from app.robot.robot_panel import WIDTH, dock
+from app.robot.robot_panel import dock
 from app.session.software_rendering import spare_software_rendering
 from engine.replay.dump import Dump
 from engine.replay.dump_replay import DumpReplay
@@ -32,14 +33,15 @@ class DumpSession:
 
     def __init__(self, client: viser.ClientHandle, dump: Dump, simulating: Lane) -> None:
         gui, camera = client.gui, SceneCamera(client)
-        dock(gui)
+        width = panel_widths(client.camera.image_width)[1]
+        dock(gui, width)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
         scene = Scene(client, camera)
         self._player = Player(lane=simulating)
         self._player.show_with(scene.show)
         transport = TransportPanel(
-            client, self._player, scene, TransportEvents(), taken=WIDTH, step=SLIDER_STEP
+            client, self._player, scene, TransportEvents(), taken=width, step=SLIDER_STEP
         )
         transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))

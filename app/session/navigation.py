@@ -122,6 +122,7 @@ class Navigation:
         finally:
             self._going = False
             self.update()
+            robot.arrived(self._gui)
 
     def _go(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:
         fresh, self._arrived = not self._arrived, True

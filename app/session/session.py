@@ -12,6 +12,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.lanes import Lanes
+from app.gui.top_bar import TopBar
 from app.gui.viser_private import Gate
 from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
 from app.maps.generation_player import GenerationPlayer
@@ -24,9 +25,10 @@ from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
 from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
+from app.session.preferences import ThemeSwitch
 from app.session.software_rendering import spare_software_rendering
 from app.state import Choice, ShownRun
-from engine.errors import InvalidData, TensAtlasError
+from engine.errors import InvalidData, TensAtlasError, printable
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader, changed_versions
 from viz.runs.run_list import RunFacts
@@ -57,7 +59,7 @@ class Session:
     ) -> None:
         self._library = library
         self._run, self._wanted_generation = ShownRun(), 0
-        choice = Choice()
+        self._choice = choice = Choice()
         told: Callable[[str], str] = library.for_visitors if read_only else str
 
         def facts(path: Path) -> RunFacts:
@@ -66,27 +68,35 @@ class Session:
 
         self._actions = actions = Actions(client, lanes, told)
         guarded = actions.guarded
+        self._bar = bar = TopBar(client, actions.guarded(self._toggle_theme))
         self._archives = ArchivesPanel(client, facts)
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
         self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
-        self._compare = ComparePanel(client, self._archives.panel, facts, actions)
         self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
             client,
+            bar,
             self._run,
             choice,
             library,
             self._board,
             actions,
             simulating=lanes.simulating,
-            moved=self._navigation.update,
+            moved=self._moved,
             read_only=read_only,
+        )
+        self._compare = ComparePanel(
+            client,
+            bar.window("Compare", viser.Icon.CHART_BAR, "Runs side by side: trends, maps, tests"),
+            facts,
+            actions,
         )
         self._run_panel = RunPanel(
             client,
+            bar,
             actions,
             self._run,
             show=self.open_run,
@@ -109,6 +119,7 @@ class Session:
             commands += steering_commands(self._run_panel, actions)
         add_commands(client.gui, commands)
         self._navigation.begin(self, self._robot)
+        self._theme = ThemeSwitch(client.gui)
         self._robot.downloads.begin(client.gui)
         spare_software_rendering(client)
 
@@ -160,7 +171,7 @@ class Session:
         status = self._library.status(path)
         self._update(reader, status)
         self._library.watch(self, path, self._run_moved, status)
-        self._navigation.update()
+        self._moved()
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -203,6 +214,16 @@ class Session:
             )
         for problem in problems:
             self._actions.notify("A run cannot be shown", problem)
+
+    def _toggle_theme(self) -> None:
+        self._theme.toggle()
+
+    def _moved(self) -> None:
+        """Let the page's address and its name say what is shown."""
+        self._navigation.update()
+        run, chosen = self._run.path, self._choice.selection
+        what = "" if run is None else printable(run.stem)
+        self._bar.name_page(what if chosen is None else f"robot {chosen.number} of {what}")
 
     def _offer(self, shown: Path | None) -> None:
         paths = self._library.runs()

@@ -14,7 +14,7 @@ from app.server.server import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
-from tests.support.widgets import choose, field_of
+from tests.support.widgets import choose, field_of, unfold
 from viz.robot.network_diagram import NetworkDiagram
 from viz.robot.servo_plot import page_of, position
 
@@ -80,6 +80,8 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # marks: what is switched off is no longer in the scene, and comes back
         nodes = client.scene._handle_from_node_name
+        unfold(page)
+        unfold(page)
         for mark, node in (("Numbers", "/robot/numbers"), ("Trail", "/trail")):
             assert nodes[node].visible
             toggle(page, mark)
@@ -148,7 +150,7 @@ def sensed_near(replay: Replay, moment: float) -> list[np.ndarray]:
 
 
 def senses(replay: Replay, moment: float) -> re.Pattern[str]:
-    return re.compile("|".join(re.escape(f"{s[0]:.2f}") for s in sensed_near(replay, moment)))
+    return re.compile("|".join(re.escape(f"{s[0]:.1f} cm") for s in sensed_near(replay, moment)))
 
 
 def seek(page: Page, seconds: float) -> None:

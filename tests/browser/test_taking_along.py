@@ -14,6 +14,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, Request, expect
 
 from engine.fabrication.materials import preset_text
+from tests.support.widgets import press
 
 pytestmark = pytest.mark.browser
 
@@ -33,7 +34,7 @@ def test_files_and_basket(
     filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
     card, line, listed = page.locator(".ta-card"), page.locator(".ta-replay"), page.locator(".ta-basket")
     filled.first.wait_for()
-    page.get_by_text("Take along", exact=True).click()
+    press(page, "Take along")
     expect(page.get_by_role("button", name="Add to basket")).to_be_disabled()
     expect(page.get_by_role("button", name="Picture")).to_be_hidden()
     expect(listed).to_contain_text("The basket is empty")
@@ -47,9 +48,9 @@ def test_files_and_basket(
         numbers.append(number)
         page.get_by_role("button", name="Add to basket").click()
         expect(listed).to_contain_text(f"{number} · small")
-    # a reload of the page changes nothing, but that the folder is folded again
+    # a reload of the page changes nothing, but that the window is closed again
     page.reload()
-    page.get_by_text("Take along", exact=True).click()
+    press(page, "Take along")
     for number in numbers:
         expect(listed).to_contain_text(f"{number} · small")
     expect(line).to_contain_text("exactly as evaluated")

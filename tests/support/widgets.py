@@ -13,6 +13,16 @@ def field_of(page: Page, label: str) -> Locator:
     return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
 
 
+def press(page: Page, name: str) -> None:
+    """Press the button of a window in the bar at the top, which opens it or closes it."""
+    page.locator(".ta-bar button", has_text=re.compile(f"^{name}")).click()
+
+
+def unfold(page: Page) -> None:
+    """Show the controls of the replay that are folded away."""
+    page.locator(".ta-fold").click()
+
+
 def choose(page: Page, label: str, option: str) -> None:
     """Choose from the list that viser shows beside a label."""
     field_of(page, label).click()
