@@ -10,6 +10,8 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from engine.analysis.profile import ProfileHistory
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell
@@ -91,6 +93,11 @@ class Selection:
     def own_cell(self) -> Cell | None:
         """The cell that holds the robot itself; None if none does."""
         return None if self.is_ancestor else self.cell
+
+    @property
+    def best_target(self) -> int:
+        """Index of the target that the robot comes nearest to, in the mean over its repeats."""
+        return int(np.nan_to_num(self.evaluation.distances.mean(axis=1), nan=np.inf).argmin())
 
     @property
     def number(self) -> int:

@@ -123,6 +123,15 @@ class ExportChooser:
         )
         gui.add_html(in_a_row((self._paper, 38), (self._material, 62), labelled=1))
 
+    def on_material(self, changed: Callable[[], None]) -> None:
+        """Call a function whenever the user chooses another material."""
+        self._material.on_update(ignoring_event(changed))
+
+    @property
+    def material(self) -> object:
+        """The chosen material, as the browser has sent it."""
+        return self._material.value
+
     @property
     def choice(self) -> ExportChoice:
         """What is chosen.

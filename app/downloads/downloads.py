@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import viser
 
@@ -17,6 +17,7 @@ from app.downloads.basket import (
     item_of,
 )
 from app.downloads.basket_panel import BasketEvents, BasketPanel
+from app.downloads.buildable import problems_of
 from app.downloads.recording import recording
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
@@ -55,6 +56,7 @@ class Downloads:
         maker: of its files.
         player: of the replay that is shown.
         budget: how much the browser may still simulate.
+        judged: called with a material and why the chosen robot cannot be built from it.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class Downloads:
         player: Player,
         *,
         budget: SimulationBudget,
+        judged: Callable[[str, Sequence[str]], None],
     ) -> None:
         self._run, self._choice, self._library, self._actions = run, choice, library, actions
         self._maker, self._player, self._budget = maker, player, budget
@@ -87,6 +90,18 @@ class Downloads:
                 download=guarded(self.download),
             ),
         )
+
+        self._judged = judged
+        self.judge = actions.slow(self._judge)
+        """Say whether the chosen robot can be built from the chosen material."""
+        self.panel.exports.on_material(self.judge)
+
+    def _judge(self) -> None:
+        chosen, material = self._choice.selection, self.panel.exports.material
+        if chosen is not None:
+            problems = problems_of(chosen.evaluation.solution.morphology, material)
+            if self._choice.selection is chosen:  # nobody has gone on in the meantime
+                self._judged(str(material), problems)
 
     def begin(self, gui: viser.GuiApi) -> None:
         """Ask the browser what its basket held before the page was loaded again.

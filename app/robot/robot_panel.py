@@ -10,9 +10,10 @@ from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
 from app.gui.page_channel import page_file
 from app.gui.viser_private import selector
-from app.gui.widgets import panel_widths
+from app.gui.widgets import panel_widths, put_html
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
+from engine.analysis.robustness import Robustness
 from engine.config import RunConfig
 from engine.simulation.evaluation import Evaluation
 from engine.storage.rows import Ancestor
@@ -50,6 +51,7 @@ class RobotPanel:
         gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
         self._welcome = gui.add_markdown(WELCOME)
         self._card = gui.add_html("")
+        self._verdict = gui.add_html("")
         self.export = gui.add_button(
             "Export",
             icon=viser.Icon.DOWNLOAD,
@@ -87,6 +89,7 @@ class RobotPanel:
         entered: int | None,
         *,
         line: Sequence[Ancestor],
+        robust: Robustness | None,
     ) -> None:
         """Show a robot.
 
@@ -96,18 +99,24 @@ class RobotPanel:
             where: it was picked from.
             entered: the generation it was evaluated in.
             line: the robot that was chosen on a map, its parent, and so on; this robot is one of them.
+            robust: what evaluating the run's elites again has shown, None if that was not done.
         """
         self._welcome.visible = False
-        self._card.content = robot_card.render(config, evaluation, where, entered)
+        self._card.content = robot_card.render(config, evaluation, where, entered, robust)
         self.live.show_robot(config, evaluation)
         distance = get_task(config.task).target_distance
         self._lineage.show(line, evaluation.solution.number, distance)
         self.export.disabled = self.pin.disabled = False
 
+    def show_verdict(self, material: str, problems: Sequence[str]) -> None:
+        """Show whether the robot can be built from a material, and if not, why."""
+        put_html(self._verdict, robot_card.render_verdict(material, problems))
+
     def show_no_robot(self) -> None:
         """Show none, as at the start."""
         self._welcome.visible = True
         self._card.content = ""
+        put_html(self._verdict, "")
         self.live.clear()
         self._lineage.clear()
         self.export.disabled = self.pin.disabled = True

@@ -25,11 +25,12 @@ from app.robot import robot_panel
 from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
 from app.state import Choice, Selection, ShownRun
-from engine.errors import InvalidData
+from engine.analysis.robustness import Robustness, load_robust_of, robust_stamp
+from engine.errors import InvalidData, TensAtlasError
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.replay import Replay
-from engine.replay.trial import FIRST_TRIAL, TrialChoice
+from engine.replay.trial import TrialChoice
 from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
@@ -68,6 +69,7 @@ class ChosenRobot:
     ) -> None:
         self._run, self._choice, self._library, self._board = run, choice, library, board
         self._actions, self._moved = actions, moved
+        self._robust: tuple[object, Robustness | None] | None = None
         guarded = actions.guarded
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._picker = GroundPicker(client.scene, actions)
@@ -77,7 +79,16 @@ class ChosenRobot:
         """Plays it."""
         self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
         self.downloads = Downloads(
-            client, bar, run, choice, library, actions, self._panel.maker, self.player, budget=self._budget
+            client,
+            bar,
+            run,
+            choice,
+            library,
+            actions,
+            self._panel.maker,
+            self.player,
+            budget=self._budget,
+            judged=self._panel.show_verdict,
         )
         """Makes files of it."""
         self._source = ReplaySource(
@@ -138,7 +149,7 @@ class ChosenRobot:
         archive: str,
         cell: Cell | None,
         number: int,
-        trial: TrialChoice = FIRST_TRIAL,
+        trial: TrialChoice | None = None,
     ) -> None:
         """Choose the robot of an evaluation and replay a trial of it.
 
@@ -146,24 +157,21 @@ class ChosenRobot:
             archive: it was chosen in.
             cell: of the archive that holds it, None if none does.
             number: of the evaluation.
-            trial: of the robot.
+            trial: of the robot; None for one towards the target that it reaches best.
 
         Raises:
             RunFileError: the run has no such evaluation.
             InvalidData: it was never tried so.
         """
         reader = self._reader()
-        self._show(
-            reader,
-            Selection(
-                archive,
-                cell,
-                reader.evaluation(number),
-                reader.generation_of(number),
-                tuple(reader.lineage(number)),
-            ),
-            trial,
+        chosen = Selection(
+            archive,
+            cell,
+            reader.evaluation(number),
+            reader.generation_of(number),
+            tuple(reader.lineage(number)),
         )
+        self._show(reader, chosen, trial or TrialChoice(target=chosen.best_target))
 
     def choose_ancestor(self, number: int) -> None:
         """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
@@ -254,8 +262,16 @@ class ChosenRobot:
             where += f" cell {cell_name(chosen.cell)}"
         if chosen.is_ancestor:
             where = f"ancestor of robot {chosen.line[0].number}"
-        self._panel.show_robot(reader.config, chosen.evaluation, where, chosen.entered, line=chosen.line)
+        self._panel.show_robot(
+            reader.config,
+            chosen.evaluation,
+            where,
+            chosen.entered,
+            line=chosen.line,
+            robust=self._robust_of(reader),
+        )
         self.downloads.panel.allow_robot(True)
+        self.downloads.judge()
         self._board.choose(chosen.archive, chosen.number)
         self._source.choose(
             Entry(
@@ -263,6 +279,17 @@ class ChosenRobot:
             )
         )
         self.choose_trial(trial)
+
+    def _robust_of(self, reader: RunReader) -> Robustness | None:
+        """Return what evaluating the run's elites again has shown, if that was done and can be read."""
+        stamp = (reader, robust_stamp(reader.path))
+        if self._robust is None or self._robust[0] != stamp:
+            try:
+                found = load_robust_of(reader)
+            except TensAtlasError:  # the maps say what is wrong with it
+                found = None
+            self._robust = (stamp, found)
+        return self._robust[1]
 
     def _play_again(self) -> None:
         """Replay the present trial from its start."""
