@@ -19,7 +19,7 @@ from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file, run_script
 from app.gui.widgets import put_html
 
-WINDOWS: Final = ("Run", "New run", "Compare", "Side by side", "Take along")
+WINDOWS: Final = ("Elites", "Run", "New run", "Compare", "Side by side", "Take along")
 """All windows, in the order of their buttons."""
 WINDOW_WIDTH: Final = 370
 """Pixels."""
@@ -44,6 +44,7 @@ class _Window:
     label: str
     hint: str
     panel: viser.PanelHandle
+    opened: Callable[[], None]
     badge: str = ""
 
 
@@ -71,20 +72,23 @@ class TopBar:
         panel.float(x=0, y=0, width=320)
         panel.expand()  # on a phone, too
 
-    def window(self, label: str, icon: IconName, hint: str) -> viser.GuiTabHandle:
+    def window(
+        self, label: str, icon: IconName, hint: str, opened: Callable[[], None] = lambda: None
+    ) -> viser.GuiTabHandle:
         """Return a new window, closed, to be filled within ``with``.
 
         Args:
             label: of its button, one of ``WINDOWS``.
             icon: of the window.
             hint: what the button says about it.
+            opened: called whenever it has been opened.
         """
         panel = self._gui.add_panel(order=-1.0, visible=False)
         tab = panel.add_tab(label, icon)
         with tab:
             self._gui.add_html('<style class="ta-window"></style>')
         panel.float(x=12, y=10, width=WINDOW_WIDTH)
-        self._windows.append(_Window(label, hint, panel))
+        self._windows.append(_Window(label, hint, panel, opened))
         self._windows.sort(key=lambda window: WINDOWS.index(window.label))
         self._draw()
         return tab
@@ -100,6 +104,7 @@ class TopBar:
         self._n_opened += 1
         put_html(self._reveal, run_script(f"{_REVEAL}/*{self._n_opened}*/"))
         self._draw()
+        found.opened()
 
     def close(self) -> None:
         """Close the window that is open."""
@@ -107,6 +112,10 @@ class TopBar:
             self._open.panel.visible = False
         self._open = None
         self._draw()
+
+    def shows(self, label: str) -> bool:
+        """Tell whether a window is open."""
+        return self._open is not None and self._open.label == label
 
     def tell(self, label: str, badge: str) -> None:
         """Say something beside the label of a window: how many things it holds, or what goes on there."""

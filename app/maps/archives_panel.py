@@ -204,13 +204,12 @@ class ArchivesPanel:
         self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: MapPicture, ring: Ring | None) -> str:
-        enlarge = ENLARGE if picture.view.kind == "nested" else ""
         return (
-            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
-            'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
+            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:5px;'
+            'align-items:baseline;margin:2px 0 3px"><b style="font-size:12.5px;flex:1;white-space:nowrap">'
             f"{html.escape(picture.title)}</b>"
-            f'<span class="ta-figures" style="font-size:11.5px;opacity:.8">{html.escape(picture.figures)}'
-            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
+            f'<span class="ta-figures" style="font-size:11px;opacity:.8">{html.escape(picture.figures)}'
+            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{ENLARGE}</div>'
             f'<div style="max-width:410px">{picture.render(ring, self._cells.handler)}</div></div>'
         )
 

@@ -70,7 +70,7 @@ class RobotPanel:
         """Asks to pin the robot; who keeps the pins listens."""
         halves = "".join(
             f"{selector(button)}{{float:left;width:calc({share}% - 18px);box-sizing:border-box}}"
-            for button, share in ((self.export, 60), (self.pin, 40))
+            for button, share in ((self.export, 57), (self.pin, 37))
         )
         gui.add_html(f"<style>{halves}{selector(self.pin)}~*{{clear:both}}</style>")
         self.maker = FileMaker(client, actions)

@@ -15,6 +15,7 @@ from app.gui.lanes import Lanes
 from app.gui.top_bar import TopBar
 from app.gui.viser_private import Gate
 from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
+from app.maps.elites_panel import ElitesPanel
 from app.maps.generation_player import GenerationPlayer
 from app.maps.map_board import MapBoard
 from app.maps.shared_scale import SharedScale
@@ -73,7 +74,8 @@ class Session:
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
-        self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits)
+        self._elites = ElitesPanel(client.gui, bar)
+        self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits, self._elites)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
         self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
@@ -114,6 +116,7 @@ class Session:
                 space_pressed=guarded(self._robot.player.toggle),
             )
         )
+        self._elites.connect(guarded(self._robot.choose), guarded(self._board.filter))
         commands = viewing_commands(self, self._robot, actions, self._archives.picker)
         if not read_only:
             commands += steering_commands(self._run_panel, actions)

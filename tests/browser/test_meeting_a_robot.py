@@ -14,7 +14,7 @@ from app.server.server import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
-from tests.support.widgets import choose, field_of, unfold
+from tests.support.widgets import best_distance, choose, field_of, unfold
 from viz.robot.network_diagram import NetworkDiagram
 from viz.robot.servo_plot import page_of, position
 
@@ -39,7 +39,8 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
     )
     line = small_reader.lineage(number)
     evaluation = small_reader.evaluation(number)
-    replay = Replay(small_reader.config, evaluation)
+    best, _ = best_distance(evaluation)
+    replay = Replay(small_reader.config, evaluation, target=best)
     replay.advance(replay.trial_time)
     body, controller = evaluation.solution.morphology, evaluation.solution.controller
     diagram = NetworkDiagram(controller, body.n_modules, ("", ""), head_is_end=evaluation.head_is_end)
@@ -118,7 +119,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         bearing, distance = map(int, re.findall(r"aim=(-?\d+),(\d+)", page.url)[0])
         aim = Aim(bearing, distance)
         expect(field_of(page, "Target")).to_have_value(aim.name)
-        own = Replay(small_reader.config, evaluation, aim=aim)
+        own = Replay(small_reader.config, evaluation, target=best, aim=aim)
         own.advance(own.trial_time)
         assert own.score is not None
         expect(said).to_contain_text(f"{100 * own.score:.2f} cm at 2 s")
@@ -137,6 +138,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         expect(card).to_contain_text(f"ancestor of robot {number}")
         expect(card).to_contain_text("nobody (random)")
         expect(rows.last).to_have_attribute("aria-current", "true")
+        # towards the target that was chosen last
         distance = 100 * small_reader.evaluation(line[-1].number).distances[0, 0]
         expect(said).to_contain_text(f"{distance:.2f} cm at 2 s, exactly as evaluated")
         rows.first.click()

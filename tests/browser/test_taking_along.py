@@ -14,7 +14,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, Request, expect
 
 from engine.fabrication.materials import preset_text
-from tests.support.widgets import press
+from engine.storage.reader import RunReader
+from tests.support.widgets import best_distance, press
 
 pytestmark = pytest.mark.browser
 
@@ -27,7 +28,7 @@ def download(page: Page, button: str) -> tuple[str, bytes]:
 
 
 def test_files_and_basket(
-    address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path
+    address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path, small_reader: RunReader
 ) -> None:
     page = visit(address)
     page.set_default_timeout(180_000)
@@ -74,7 +75,8 @@ def test_files_and_basket(
     page.get_by_role("button", name="Clear basket").click()
     expect(listed).to_contain_text("The basket is empty")
 
-    chosen = f"small_robot_{numbers[1]}_target_1"
+    best, _ = best_distance(small_reader.evaluation(numbers[1]))
+    chosen = f"small_robot_{numbers[1]}_target_{best + 1}"
     name, content = download(page, "Picture")
     assert name == f"{chosen}.png"
     assert Image.open(io.BytesIO(content)).size == (1280, 720)

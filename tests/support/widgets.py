@@ -6,6 +6,8 @@ import re
 
 from playwright.sync_api import Locator, Page
 
+from engine.simulation.evaluation import Evaluation
+
 
 def field_of(page: Page, label: str) -> Locator:
     """Return the text or number field that viser shows beside a label."""
@@ -27,3 +29,9 @@ def choose(page: Page, label: str, option: str) -> None:
     """Choose from the list that viser shows beside a label."""
     field_of(page, label).click()
     page.get_by_role("option", name=option, exact=True).click()
+
+
+def best_distance(evaluation: Evaluation) -> tuple[int, float]:
+    """Return the target that a clicked robot is replayed towards, and how far from it it ends, in cm."""
+    means = evaluation.distances.mean(axis=1)
+    return int(means.argmin()), 100 * float(evaluation.distances[means.argmin(), 0])

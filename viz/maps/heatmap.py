@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import Cell, cell_name
 from engine.search.axes import Axis
 from viz.maps import axis_labels
-from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
+from viz.maps.map_parts import LEFT, PALE, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
 from viz.maps.scale import Scale, bar
 
 CELL_WIDTH = 30
@@ -110,9 +110,11 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
         look += ' class="f"' if cell in heatmap.fresh else ""
+        look += f' fill-opacity="{PALE}"' if tile.pale else ""
         hint = tile.hint
+    robot = "" if tile is None else f' data-n="{tile.number}"'
     return (
-        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"'
+        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"{robot}'
         f' data-filled="{int(tile is not None)}" data-h="{html.escape(hint)}">'
         f'<rect x="{x}" y="{y}" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" {look}/></g>'
     )

@@ -21,13 +21,17 @@ SHARED_STYLE: Final = (
 )
 """Rules for every map: the visible focus, and the flash of cells that have just been won."""
 
+PALE: Final = 0.13
+"""Opacity of cells that a filter leaves out."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tile:
-    """A filled cell: the lines of its hover card, the number of its evaluation."""
+    """A filled cell: the lines of its hover card, the number of its evaluation, whether it is drawn pale."""
 
     hint: str
     number: int
+    pale: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

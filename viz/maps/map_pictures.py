@@ -106,6 +106,7 @@ def pictures(
     before: Sequence[MapPicture] = (),
     palette: Palette = Palette(),  # noqa: B008  it cannot be changed
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
+    least: float | None = None,
 ) -> list[MapPicture]:
     """Return the pictures of some views, all of one scale.
 
@@ -119,6 +120,7 @@ def pictures(
         palette: how to colour.
         fitted_to: the archives, and their colouring, that an automatic scale fits; None for the shown
             ones. With a run's last generation the colours of all others mean the same.
+        least: f_s in cm; robots of less are drawn pale. None for none.
     """
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
     values = [coloring.values(s.axes, s.elites) for s in shown]
@@ -140,7 +142,10 @@ def pictures(
             figures=coloring.unknown
             if s.elites and not known
             else _figures(s.view, s.content, s.axes, s.elites),
-            tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in s.elites.items()},
+            tiles={
+                c: Tile(_hint(e, coloring, known.get(c)), e.number, least is not None and e.f_s < least)
+                for c, e in s.elites.items()
+            },
             values=known,
             scale=scale,
         )

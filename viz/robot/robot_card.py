@@ -14,7 +14,7 @@ from engine.config import RunConfig
 from engine.export import robot_id
 from engine.replay.dump import Dump
 from engine.simulation.evaluation import Evaluation
-from engine.tasks import get_task
+from engine.tasks import get_task, remaining_distance
 from viz import theme
 from viz.robot import head_paths
 
@@ -193,8 +193,9 @@ def _targets(config: RunConfig, evaluation: Evaluation) -> str:
             'width:1px;background:currentColor;opacity:.6"></span></span>'
             f'<span style="text-align:right;white-space:nowrap">{in_words(mean)}{spread}</span>'
         )
+    scored = "" if task.score is remaining_distance else f"; by {html.escape(task.score_name)}"
     return (
-        f'<div style="opacity:.65">by target, {100 * task.target_distance:.0f} cm away at first</div>'
+        f'<div style="opacity:.65">by target, {100 * task.target_distance:.0f} cm away at first{scored}</div>'
         '<div style="display:grid;grid-template-columns:auto minmax(40px,1fr) auto;gap:1px 8px;'
         f'align-items:center">{"".join(rows)}</div>'
     )
