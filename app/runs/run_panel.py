@@ -17,8 +17,10 @@ from app.gui.click_channel import ClickChannel
 from app.gui.top_bar import TopBar
 from app.gui.widgets import put, put_html
 from app.runs import launcher
+from app.runs.run_care import CareEvents, RunCare
 from app.runs.run_form import RunForm
 from app.state import ShownRun
+from engine.config import RunConfig
 from engine.errors import InvalidData, printable
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.storage.rows import Generation, Slimmed
@@ -43,6 +45,7 @@ class RunPanel:
         run: that is shown.
         show: called with a run that was started.
         replay_dump: called with a failed simulation that the user wants to see.
+        moved: called when a run has been moved, from here to there; None for the bin.
         read_only: whether the browser may only look.
     """
 
@@ -55,6 +58,7 @@ class RunPanel:
         *,
         show: Callable[[Path], None],
         replay_dump: Callable[[Path], None],
+        moved: Callable[[Path, Path | None], None],
         read_only: bool = False,
     ) -> None:
         gui = client.gui
@@ -93,6 +97,7 @@ class RunPanel:
                 visible=False,
                 hint="Save what is finished and end this run",
             )
+            self._care = RunCare(gui, actions, CareEvents(self._start_another, moved), read_only=read_only)
         if read_only:
             return
         self._form = RunForm(
@@ -107,8 +112,8 @@ class RunPanel:
     def show_run(
         self,
         path: Path,
+        config: RunConfig,
         n: int,
-        budget: int,
         generations: Sequence[Generation],
         *,
         live: bool,
@@ -118,12 +123,14 @@ class RunPanel:
 
         Args:
             path: of its file.
+            config: of the run.
             n: evaluations that it holds.
-            budget: evaluations that it will hold.
             generations: the closed ones.
             live: whether it is being written.
             slimmed: what is left in a slimmed run; None for others.
         """
+        budget = config.evaluations
+        self._care.show(path, config)
         last = generations[-1] if generations else None
         complete = last is not None and last.n_evaluations >= budget
         if path != self._seen_path or not live:
@@ -162,6 +169,12 @@ class RunPanel:
             self._show(path)
         self._bar.open("Run")
         self._actions.notify("Started", f"{printable(path.name)} evolves in a separate process.")
+
+    def _start_another(self, config: RunConfig, name: str) -> None:
+        """Fill the form with a configuration, but for the seed, and show it."""
+        if self._form is not None:
+            self._form.fill(config, name)
+            self._bar.open("New run")
 
     def pause_run(self) -> None:
         """Pause the shown run."""

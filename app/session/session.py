@@ -103,6 +103,7 @@ class Session:
             self._run,
             show=self.open_run,
             replay_dump=self._robot.replay_dump,
+            moved=self._run_is_elsewhere,
             read_only=read_only,
         )
         self._archives.connect(
@@ -244,6 +245,15 @@ class Session:
 
         self._actions.guarded(show)()
 
+    def _run_is_elsewhere(self, path: Path, new: Path | None) -> None:
+        """Show a run at its new place, or another one if it is in the bin."""
+        self._library.unwatch(self)
+        self._library.forget(path)
+        if new is not None:
+            self.open_run(new)
+        else:
+            self.open_first()
+
     def _run_moved(self, path: Path, status: RunStatus) -> None:
         """Show that a run has advanced; on the library's thread, which waits for no browser."""
 
@@ -269,8 +279,8 @@ class Session:
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
         self._run_panel.show_run(
             reader.path,
+            reader.config,
             status.n_evaluations,
-            budget,
             run.generations,
             live=status.live,
             slimmed=reader.slimmed,
