@@ -12,7 +12,7 @@ import viser
 
 from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file, run_script
-from app.gui.widgets import ignoring_event, in_a_row, panel_widths, put, put_html
+from app.gui.widgets import ignoring_event, in_a_row, put, put_html
 from app.maps.color_controls import ColorControls, ColorWish
 from app.maps.run_picker import RunPicker
 from app.runs.library import run_state
@@ -52,9 +52,10 @@ class ArchivesPanel:
     Args:
         client: the browser.
         facts: what is known of a run on offer.
+        width: in pixels.
     """
 
-    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], width: int) -> None:
         gui = client.gui
         panel = gui.add_panel()
         with panel.add_tab("Maps", viser.Icon.GRID_DOTS):
@@ -92,7 +93,7 @@ class ArchivesPanel:
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
-        panel.set_width(panel_widths(client.camera.image_width)[0])
+        panel.set_width(width)
 
     def connect(self, events: ArchivesEvents) -> None:
         """Report from now on what the user does; call it once, when all that it is reported to is there."""

@@ -69,7 +69,7 @@ class TransportPanel:
         player: what it controls.
         scene: that shows what is played.
         events: whom it reports to.
-        taken: width in pixels that docked panels take.
+        room: between the panels at the sides, in pixels.
         step: of the slider, in s.
     """
 
@@ -80,7 +80,7 @@ class TransportPanel:
         scene: Scene,
         events: TransportEvents,
         *,
-        taken: int,
+        room: int,
         step: float = 0.1,
     ) -> None:
         gui = client.gui
@@ -90,7 +90,7 @@ class TransportPanel:
         self._events = events
         self._targets: tuple[str, ...] = ()
         self._trial = FIRST_TRIAL
-        width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
+        width = min(WIDTH, max(MIN_WIDTH, room - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")

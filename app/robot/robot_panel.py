@@ -10,7 +10,7 @@ from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker
 from app.gui.page_channel import page_file
 from app.gui.viser_private import selector
-from app.gui.widgets import panel_widths, put_html
+from app.gui.widgets import put_html
 from app.robot.lineage_panel import LineagePanel
 from app.robot.live_panel import LivePanel
 from engine.analysis.robustness import Robustness
@@ -41,13 +41,18 @@ class RobotPanel:
         client: the browser.
         actions: of the browser.
         ancestor_chosen: called with the number of an ancestor that is to be shown.
+        width: in pixels.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, actions: Actions, ancestor_chosen: Callable[[int], None]
+        self,
+        client: viser.ClientHandle,
+        actions: Actions,
+        ancestor_chosen: Callable[[int], None],
+        width: int,
     ) -> None:
         gui = client.gui
-        dock(gui, panel_widths(client.camera.image_width)[1])
+        dock(gui, width)
         gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
         self._welcome = gui.add_markdown(WELCOME)
         self._card = gui.add_html("")

@@ -77,7 +77,9 @@ class ChosenRobot:
         scene = Scene(client, camera)
         self.player = Player(self._may_simulate, simulating)
         """Plays it."""
-        self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
+        self._panel = robot_panel.RobotPanel(
+            client, actions, guarded(self.choose_ancestor), panel_widths(bar.page_width)[1]
+        )
         self.downloads = Downloads(
             client,
             bar,
@@ -107,7 +109,7 @@ class ChosenRobot:
             self.player,
             scene,
             TransportEvents(guarded(self.choose_trial), guarded(self.place_target)),
-            taken=sum(panel_widths(client.camera.image_width)),
+            room=bar.page_width - sum(panel_widths(bar.page_width)),
         )
         self.player.show_with(self._source.show)
         self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))

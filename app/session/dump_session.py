@@ -32,8 +32,8 @@ class DumpSession:
     """
 
     def __init__(self, client: viser.ClientHandle, dump: Dump, simulating: Lane) -> None:
-        gui, camera = client.gui, SceneCamera(client)
-        width = panel_widths(client.camera.image_width)[1]
+        gui, camera, page = client.gui, SceneCamera(client), client.camera.image_width
+        width = panel_widths(page)[1]
         dock(gui, width)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
@@ -41,7 +41,7 @@ class DumpSession:
         self._player = Player(lane=simulating)
         self._player.show_with(scene.show)
         transport = TransportPanel(
-            client, self._player, scene, TransportEvents(), taken=width, step=SLIDER_STEP
+            client, self._player, scene, TransportEvents(), room=page - width, step=SLIDER_STEP
         )
         transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))

@@ -123,7 +123,7 @@ def render_list(runs: Sequence[tuple[str, RunFacts]], chosen: int | None, on_cli
     """
     rows = [_row(k, label, facts, k == chosen, on_click) for k, (label, facts) in enumerate(runs)]
     return (
-        f'{_STYLE}<div class="ta-runs" role="listbox" aria-label="Runs" style="max-height:min(420px,48vh);'
+        f'{_STYLE}<div class="ta-runs" role="listbox" aria-label="Runs" style="max-height:min(560px,62vh);'
         "overflow-y:auto;margin:2px 10px 6px;padding:3px;border:1px solid rgba(128,128,128,.3);"
         f'border-radius:6px">{"".join(rows) or "no runs yet"}</div>'
     )
