@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 import viser
 
+from app.gui.click_channel import ClickChannel
 from app.gui.widgets import put_html
 from app.replay.player import ReplayMoment
 from engine.body.kinematics import contraction, internal_lengths
@@ -35,13 +37,18 @@ class LivePanel:
     Args:
         gui: of one client.
         tabs: the group that gets a tab for each.
+        seek: called with a moment of the replay, in s, that the user points at.
     """
 
-    def __init__(self, gui: viser.GuiApi, tabs: viser.GuiTabGroupHandle) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, tabs: viser.GuiTabGroupHandle, seek: Callable[[float], None]
+    ) -> None:
+        self._seek = seek
         with tabs.add_tab("Network", viser.Icon.SHARE):
             self._network = gui.add_html("")
             self._network_live = gui.add_html("")
         with tabs.add_tab("Servos", viser.Icon.WAVE_SINE):
+            self._pointer = ClickChannel(gui, self._pointed, label="moments").along("moment")
             self._servos = gui.add_html("")
             self._servos_live = gui.add_html("")
         self._diagram: NetworkDiagram | None = None
@@ -73,6 +80,11 @@ class LivePanel:
         self._diagram = self._evaluation = self._plotted = self._shown = None
         for element in (self._network, self._network_live, self._servos, self._servos_live):
             put_html(element, "")
+
+    def _pointed(self, _name: str, index: tuple[int, ...]) -> None:
+        if self._plotted is not None:
+            first, last = self._plotted[1]
+            self._seek(first + (last - first) * min(index[0] / 999, 1.0))
 
     def show(self, moment: ReplayMoment) -> None:
         """Show the recorded frame nearest to a moment; while playing, at most every ``INTERVAL`` and once."""
@@ -126,5 +138,6 @@ class LivePanel:
             contraction(internal_lengths(np.array([f.pose for f in shown]))),
             page=page,
             head=replay.head.module,
+            on_pointer=self._pointer,
         )
         self._servos.content = picture + servo_plot.legend()

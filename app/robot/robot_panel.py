@@ -41,6 +41,7 @@ class RobotPanel:
         client: the browser.
         actions: of the browser.
         ancestor_chosen: called with the number of an ancestor that is to be shown.
+        seek: called with a moment of the replay, in s, that the user points at.
         width: in pixels.
     """
 
@@ -49,6 +50,7 @@ class RobotPanel:
         client: viser.ClientHandle,
         actions: Actions,
         ancestor_chosen: Callable[[int], None],
+        seek: Callable[[float], None],
         width: int,
     ) -> None:
         gui = client.gui
@@ -82,7 +84,7 @@ class RobotPanel:
         """Makes files of the robot one at a time, and shows below the buttons how far each is."""
         self.tabs = gui.add_tab_group()
         """Where tabs of other things about the robot may lie."""
-        self.live = LivePanel(gui, self.tabs)
+        self.live = LivePanel(gui, self.tabs, seek)
         """What goes on inside it while it is replayed."""
         self._lineage = LineagePanel(gui, self.tabs, ancestor_chosen)
 

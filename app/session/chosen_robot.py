@@ -78,7 +78,7 @@ class ChosenRobot:
         self.player = Player(self._may_simulate, simulating)
         """Plays it."""
         self._panel = robot_panel.RobotPanel(
-            client, actions, guarded(self.choose_ancestor), panel_widths(bar.page_width)[1]
+            client, actions, guarded(self.choose_ancestor), self.player.seek, panel_widths(bar.page_width)[1]
         )
         self.downloads = Downloads(
             client,

@@ -16,7 +16,7 @@ from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
 from tests.support.widgets import best_distance, choose, field_of, unfold
 from viz.robot.network_diagram import NetworkDiagram
-from viz.robot.servo_plot import page_of, position
+from viz.robot.servo_plot import WIDTH, page_of, position
 
 pytestmark = pytest.mark.browser
 
@@ -71,6 +71,14 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # the servos: a cursor that follows
         page.get_by_role("tab", name="Servos").click()
+        servos = page.locator("svg.ta-servos")
+        servos.scroll_into_view_if_needed()
+        box = servos.bounding_box()
+        assert box is not None
+        # where the plot is pressed, there is the robot
+        at = position(1.5, page_of(1.5, replay.start_time, replay.end_time))
+        page.mouse.click(box["x"] + box["width"] * at / WIDTH, box["y"] + 20)
+        expect(said).to_contain_text("1.5 s")
         expect(page.locator("svg.ta-servos")).to_be_visible()
         for moment in (0.3, 1.0):
             seek(page, moment)
@@ -81,7 +89,6 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # marks: what is switched off is no longer in the scene, and comes back
         nodes = client.scene._handle_from_node_name
-        unfold(page)
         unfold(page)
         for mark, node in (("Numbers", "/robot/numbers"), ("Trail", "/trail")):
             assert nodes[node].visible
