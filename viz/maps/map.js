@@ -313,11 +313,11 @@
   };
   const download = (blob, svg, ending) => {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(blob);
+    link.href = window.URL.createObjectURL(blob); // in a handler, URL is that of the document
     const run = document.querySelector(".ta-run b")?.textContent ?? "tensatlas";
     link.download = `${run}-${svg.dataset.map}.${ending}`.replace(/[^A-Za-z0-9._-]+/g, "-");
     link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    setTimeout(() => window.URL.revokeObjectURL(link.href), 10000);
   };
   const keepAsSvg = (svg) => download(new Blob([asText(svg)], { type: "image/svg+xml" }), svg, "svg");
   const keepAsPng = (svg) => {
