@@ -108,7 +108,7 @@ def pictures(
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
     least: float | None = None,
 ) -> list[MapPicture]:
-    """Return the pictures of some views, all of one scale.
+    """Return the pictures of some views, the scale of each fitted to its archive.
 
     Args:
         contents: the archives by name.
@@ -125,13 +125,14 @@ def pictures(
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
     values = [coloring.values(s.axes, s.elites) for s in shown]
     reference, by = fitted_to or (contents, coloring)
-    scale = palette.apply(
-        coloring.scale(_values(reference, by, views, chosen)),
-        _values(contents, coloring, views, chosen),
-        lengths=coloring.lengths,
-    )
     drawn = []
     for s, known in zip(shown, values, strict=True):
+        ways = [v for v in views if v.archive == s.view.archive]
+        scale = palette.apply(
+            by.scale(_values(reference, by, ways, chosen)),
+            _values(contents, coloring, ways, chosen),
+            lengths=coloring.lengths,
+        )
         picture = MapPicture(
             view=s.view,
             axes=s.axes,
@@ -143,7 +144,13 @@ def pictures(
             if s.elites and not known
             else _figures(s.view, s.content, s.axes, s.elites),
             tiles={
-                c: Tile(_hint(e, coloring, known.get(c)), e.number, least is not None and e.f_s < least)
+                c: Tile(
+                    _hint(e, coloring, known.get(c)),
+                    e.number,
+                    e.body,
+                    e.lies_still,
+                    least is not None and e.f_s < least,
+                )
                 for c, e in s.elites.items()
             },
             values=known,
@@ -164,8 +171,9 @@ def outer_cell(content: Content, chosen: int | None) -> Cell | None:
 def _values(
     contents: Mapping[str, Content], coloring: Coloring, views: Sequence[MapView], chosen: int | None
 ) -> list[float]:
-    """Return the values of whole archives; where a colouring has none of these, those of the views."""
-    whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
+    """Return the values of the views' whole archives; where a colouring has none, those of the views."""
+    names = {view.archive for view in views} & set(contents)
+    whole = [v for n in names for v in coloring.values(contents[n].axes, contents[n].elites).values()]
     if whole:
         return whole
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views if view.archive in contents]

@@ -189,7 +189,7 @@ def ring_style(nested: NestedMap, ring: Ring | None) -> str:
 
 
 def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
-    """Return the filled cells as ``x,y,i.j.k.l,H,numbers,robot;``... and the texts that H counts.
+    """Return the filled cells as ``x,y,i.j.k.l,H,numbers,faces,robot;``... and the texts that H counts.
 
     The hover cards differ in hardly more than their numbers, so a text has marks in their places.
     """
@@ -201,7 +201,7 @@ def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
         kind = known.setdefault(_NUMBER.sub(MARK, hint), len(known))
         numbers = " ".join(_NUMBER.findall(hint))
         tile = nested.tiles[cell]
-        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers},{tile.number}")
+        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers},{tile.body},{tile.number}")
     return ";".join(rows), list(known)
 
 
@@ -227,16 +227,17 @@ def _frame(nested: NestedMap, g: Geometry, outer: Cell) -> str:
 
 
 def _paths(nested: NestedMap, g: Geometry) -> str:
-    groups: dict[tuple[int, bool, bool], list[str]] = defaultdict(list)
+    groups: dict[tuple[int, str, bool], list[str]] = defaultdict(list)
     for cell in sorted(nested.tiles):
-        step = nested.scale.step(nested.values.get(cell))
-        key = (-1 if step is None else step, cell in nested.fresh, nested.tiles[cell].pale)
+        step, tile = nested.scale.step(nested.values.get(cell)), nested.tiles[cell]
+        kinds = "f" * (cell in nested.fresh) + " z" * (tile.still and not tile.pale)
+        key = (-1 if step is None else step, kinds.strip(), tile.pale)
         groups[key].append(_square(*g.corner(cell), *g.cell))
     return "".join(
-        f"<path{' class=' + chr(34) + 'f' + chr(34) if fresh else ''}"
+        f"<path{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}"
         f"{f' fill-opacity={chr(34)}{PALE}{chr(34)}' if pale else ''}"
         f' fill="{nested.scale.step_color(None if step < 0 else step)}" d="{"".join(squares)}"/>'
-        for (step, fresh, pale), squares in sorted(groups.items())
+        for (step, kinds, pale), squares in sorted(groups.items())
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from engine.analysis.profile import still_limit
 from engine.analysis.robustness import Robustness
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
@@ -15,19 +16,16 @@ from engine.export import robot_id
 from engine.replay.dump import Dump
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task, remaining_distance
-from viz import theme
+from viz import theme, words
 from viz.robot import head_paths
 
 _LEAST_BAR = 2.0
 """Centimetres closer that the longest bar stands for, at least."""
-_F_S = (
-    "How much closer the robot ends, in the mean of all targets, less half of what the worst target is behind"
-    " the mean"
-)
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
     '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
 )
+_EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
 
 def render(
@@ -54,14 +52,16 @@ def render(
         '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
         f'<div style="font-size:17px;font-weight:600">Robot {solution.number}'
         f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
-        _headline(f_s, again),
+        _headline(f_s, again, 100 * still_limit(task)),
         _targets(config, evaluation),
         head_paths.render(config, evaluation),
         '<div style="height:6px"></div>',
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
-        _ROW.format("faces", " ".join(map(str, body.faces))),
-        _ROW.format("head", f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"),
+        _ROW.format(_explained("faces", words.FACES), " ".join(map(str, body.faces))),
+        _ROW.format(
+            _explained("head", words.HEAD), f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"
+        ),
         _ROW.format("descends from", _origin(evaluation)),
     ]
     if entered is not None:
@@ -134,22 +134,30 @@ def _stiffness(body: Morphology) -> str:
     return f"{body.stiffness_text} (first to last)"
 
 
-def _headline(f_s: float | None, again: np.ndarray | None) -> str:
-    """Return the f_s in words: what to expect, if that is known, before what was recorded; both in cm."""
+def _headline(f_s: float | None, again: np.ndarray | None, still: float) -> str:
+    """Return in words how much closer a robot comes, and its f_s below; all in cm.
+
+    What to expect, if that is known, comes before what was recorded.
+    """
     if f_s is None:
         return ""
-    recorded = f'<span title="{_F_S}">f<sub>s</sub> {f_s:.2f} cm</span>'
+    recorded = _explained(f"f<sub>s</sub> {f_s:.2f} cm", words.F_S)
     if again is None or not len(again):
-        big, small = in_words(f_s), f"{recorded}, as it was evaluated"
+        big, small = words.gained(f_s, still), f"{recorded}, as it was evaluated"
     else:
         spread = f" ± {again.std(ddof=1):.1f}" if len(again) > 1 else ""
         mean = float(again.mean())
-        big = f"{in_words(mean)}{spread and f'<small>{spread}</small>'}"
+        big = f"{words.gained(mean, still)}{spread and f'<small>{spread}</small>'}"
         small = f"mean of {len(again)} trials under fresh noise; recorded {recorded}"
     return (
         f'<div style="margin:2px 0 8px"><div class="ta-closer" style="font-size:22px;font-weight:600">{big}'
         f'</div><div style="opacity:.7;font-size:12px">{small}</div></div>'
     )
+
+
+def _explained(markup: str, sentence: str) -> str:
+    """Return words with a sentence about them that a mouse brings up."""
+    return _EXPLAINED.format(html.escape(words.plain(sentence)), markup)
 
 
 def _origin(evaluation: Evaluation) -> str:

@@ -242,3 +242,27 @@ def test_what_the_list_of_elites_leaves_out_is_pale(
     number = picture.elites[next(iter(picture.elites))].number
     board.choose("grid", number)
     assert panel.listed[1] == number
+
+
+def test_the_best_robot_is_the_best_under_new_noise_if_that_is_known(
+    panel: Panel, small_run: Path, tmp_path: Path
+) -> None:
+    path = Path(shutil.copy(small_run, tmp_path / "run.tsmr"))
+    with RunReader(path) as reader:
+        last = reader.generations()[-1]
+        cells = reader.elites(last)
+        fitness = {n: s.fitness for elites in cells.values() for n, s in elites.values()}
+        board = new_board(panel)
+        assert board.best() is None
+        board.show(reader, last)
+        found = board.best()
+        assert found is not None
+        archive, cell, number = found
+        assert cells[archive][cell][0] == number
+        assert fitness[number] == min(fitness.values())
+        luckless = max(fitness, key=lambda n: (fitness[n], n))
+        samples = {n: {1: 0.1 if n == luckless else 0.6} for n in fitness}
+        save_robust(Robustness(reader.created_at, {}, fitness, samples), robust_path(path))
+        found = board.best()
+        assert found is not None
+        assert found[2] == luckless

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import math
 import random
 import re
@@ -16,6 +17,7 @@ from engine.control.genome import Neat
 from engine.export import robot_id
 from engine.storage.reader import RunReader
 from engine.tasks import bearing_name
+from viz import words
 from viz.robot import robot_card
 from viz.robot.network_diagram import NetworkDiagram
 
@@ -27,7 +29,11 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     assert "Robot 0" in card
     assert "&lt;here&gt;" in card
     assert " ".join(map(str, body.faces)) in card
-    assert f"f<sub>s</sub> {100 * (0.45 - evaluation.fitness):.2f} cm</span>, as it was evaluated" in card
+    f_s = 100 * (0.45 - evaluation.fitness)
+    assert f"f<sub>s</sub> {f_s:.2f} cm</span>, as it was evaluated" in card
+    assert words.gained(f_s, 0.79) in card
+    for sentence in (words.F_S, words.FACES, words.HEAD):
+        assert html.escape(words.plain(sentence)) in card
     assert "nobody (random)" in card
     assert robot_id(small_reader.config, evaluation.solution) in card
 
@@ -38,8 +44,8 @@ def test_bars_and_numbers_say_how_much_closer_a_robot_comes(small_reader: RunRea
         small_reader.evaluation(0), distances=(0.45 - gains / 100)[:, None].astype(np.float32)
     )
     card = robot_card.render(small_reader.config, evaluation, "here", 0)
-    for words in ("6.0 cm closer", "2.0 cm farther", "no closer", "3.0 cm closer"):
-        assert f">{words}</span>" in card
+    for said in ("6.0 cm closer", "2.0 cm farther", "no closer", "3.0 cm closer"):
+        assert f">{said}</span>" in card
     bars = re.findall(r'class="ta-gain" style="position:absolute;left:([\d.]+)%;width:([\d.]+)%', card)
     # 8 cm of ground, 2 of them behind where it began
     assert np.array(bars, float) == pytest.approx(
