@@ -31,7 +31,7 @@ from engine.replay.replay import Replay
 from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
-from engine.simulation.physics import Simulator
+from engine.simulation.physics import Simulator, physics_to_json
 from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
@@ -134,7 +134,7 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
         "task": {"name": config.task, **task_version(config.task)},
-        "physics": dataclasses.asdict(config.physics),
+        "physics": physics_to_json(config.physics),
     }
     content["task"] |= {name: value for name, value in choices.items() if value != former[name]}
     return hashlib.sha256(compact_json(content).encode()).hexdigest()

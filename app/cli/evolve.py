@@ -23,6 +23,7 @@ from engine.errors import as_typed
 from engine.runs import evolve
 from engine.search.variation import GivenRobot
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
+from engine.simulation.physics import Physics
 from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
@@ -164,6 +165,16 @@ def _of_config(info: StructTypeInfo) -> StructConstructorSpec | None:
     return StructConstructorSpec(
         instantiate=functools.partial(replaced, default), fields=tuple(_flags(RunConfig, default))
     )
+
+
+@CONFIG_FLAGS.struct_rule
+def _of_physics(info: StructTypeInfo) -> StructConstructorSpec | None:
+    """Leave out what robots are like: thirty numbers, which --as-built and files have in one piece."""
+    if info.type is not Physics:
+        return None
+    default = info.default if isinstance(info.default, Physics) else Physics()
+    fields = tuple(f for f in _flags(Physics, default) if f.name not in ("built", "spread"))
+    return StructConstructorSpec(instantiate=functools.partial(dataclasses.replace, default), fields=fields)
 
 
 def _flags(kind: type, defaults: Any) -> Iterator[StructFieldSpec]:

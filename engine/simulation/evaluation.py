@@ -139,6 +139,7 @@ class LocalEvaluator:
         keep_failure: called once for every evaluation in which a simulation failed, in the order of the
             evaluations; by default failures are not kept.
         observer: sees the trials of every group of robots, not how they settle.
+        head_is_end: which end of every robot is its head, if that is known; it is then not searched.
     """
 
     def __init__(
@@ -151,6 +152,7 @@ class LocalEvaluator:
         n_threads: int = 1,
         keep_failure: FailureKeeper | None = None,
         observer: BatchObserver | None = None,
+        head_is_end: bool | None = None,
     ) -> None:
         self._task = task
         self._physics = physics
@@ -159,6 +161,7 @@ class LocalEvaluator:
         self._n_threads = n_threads
         self._keep_failure = keep_failure
         self._observer = observer
+        self._head_is_end = head_is_end
 
     def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
         """Yield evaluations in groups of robots with equally many modules."""
@@ -178,6 +181,7 @@ class LocalEvaluator:
             task=self._task,
             physics=self._physics,
             times=self._trials,
+            heads=self._heads(solutions),
             n_threads=self._n_threads,
         )
         results = started.loop.run(self._trials.trial_time, self._observer)
@@ -186,6 +190,12 @@ class LocalEvaluator:
             failed = self._first_failure(solution, result, started, k)
             evaluations.append(self._summarise(solution, result, started.heads[k], failed))
         return evaluations
+
+    def _heads(self, solutions: Sequence[Solution]) -> list[Head] | None:
+        """Return the heads of robots if they are known."""
+        if self._head_is_end is None:
+            return None
+        return [Head.of(s.morphology, self._head_is_end) for s in solutions]
 
     def _first_failure(
         self, solution: Solution, result: TrialResults, started: StartedTrials, robot: int
