@@ -112,7 +112,7 @@ class DumpFolder:
         if self._n_failed > MAX_DUMPS:
             return ""
         config = self._config
-        dump = Dump(config.task, config.physics, config.seed, failed, self._versions)
+        dump = Dump(config.task, failed.physics or config.physics, config.seed, failed, self._versions)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             write_dump(dump, self._folder / dump.file_name)

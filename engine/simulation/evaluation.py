@@ -19,7 +19,7 @@ from engine.errors import printable
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults
-from engine.simulation.trials import StartedTrials, TrialConfig, rounded, start_trials, trials_of
+from engine.simulation.trials import StartedTrials, TrialConfig, physics_of, rounded, start_trials, trials_of
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
@@ -112,6 +112,7 @@ class FailedTrial:
         target, repeat: which trial, None in another stage.
         failure: why, and the simulation's last control updates.
         walls: that stood in the world.
+        physics: of the robot, where it is another than its run's.
     """
 
     solution: Solution
@@ -121,6 +122,7 @@ class FailedTrial:
     repeat: int | None
     failure: Failure
     walls: tuple[Wall, ...] = ()
+    physics: Physics | None = None
 
 
 FailureKeeper = Callable[[FailedTrial], str]
@@ -171,25 +173,62 @@ class LocalEvaluator:
                 yield self._evaluate_chunk(chunk)
 
     def _evaluate_chunk(self, solutions: Sequence[Solution]) -> list[Evaluation]:
-        n_modules = solutions[0].morphology.n_modules
-        started = start_trials(
-            [s.morphology for s in solutions],
-            [s.controller for s in solutions],
-            trials_of(self._task, n_modules, self._trials.repeats),
-            numbers=[s.number for s in solutions],
-            run_seed=self._run_seed,
-            task=self._task,
-            physics=self._physics,
-            times=self._trials,
-            heads=self._heads(solutions),
-            n_threads=self._n_threads,
-        )
+        if self._physics.spread:
+            return [self._evaluate_design(solution) for solution in solutions]
+        started = self._start(solutions, self._physics, self._heads(solutions), repeat=None)
         results = started.loop.run(self._trials.trial_time, self._observer)
         evaluations = []
         for k, (solution, result) in enumerate(zip(solutions, results, strict=True)):
             failed = self._first_failure(solution, result, started, k)
             evaluations.append(self._summarise(solution, result, started.heads[k], failed))
         return evaluations
+
+    def _evaluate_design(self, solution: Solution) -> Evaluation:
+        """Evaluate robots of one design, another in every repeat; all have the head that the design has."""
+        heads = self._heads([solution])
+        if heads is None:
+            heads = self._start([solution], self._physics, None, repeat=0).heads
+        repeats, failed = [], None
+        for repeat in range(self._trials.repeats):
+            physics = physics_of(self._physics, self._run_seed, solution.number, repeat)
+            started = self._start([solution], physics, heads, repeat=repeat)
+            result = started.loop.run(self._trials.trial_time, self._observer)[0]
+            found = self._first_failure(solution, result, started, 0)
+            if failed is None and found is not None:
+                failed = dataclasses.replace(
+                    found, repeat=None if found.repeat is None else repeat, physics=physics
+                )
+            repeats.append(result)
+        joined = TrialResults(
+            np.stack([r.scores for r in repeats], axis=1).ravel(),
+            np.stack([r.trajectory for r in repeats], axis=1).reshape(-1, *repeats[0].trajectory.shape[1:]),
+            tuple(f for of_target in zip(*(r.failures for r in repeats), strict=True) for f in of_target),
+        )
+        return self._summarise(solution, joined, heads[0], failed)
+
+    def _start(
+        self,
+        solutions: Sequence[Solution],
+        physics: Physics,
+        heads: list[Head] | None,
+        *,
+        repeat: int | None,
+    ) -> StartedTrials:
+        """Start the trials of solutions with equally many modules, of one repeat or of all."""
+        n_modules = solutions[0].morphology.n_modules
+        trials = trials_of(self._task, n_modules, self._trials.repeats)
+        return start_trials(
+            [s.morphology for s in solutions],
+            [s.controller for s in solutions],
+            [trial for trial in trials if repeat in (None, trial.repeat)],
+            numbers=[s.number for s in solutions],
+            run_seed=self._run_seed,
+            task=self._task,
+            physics=physics,
+            times=self._trials,
+            heads=heads,
+            n_threads=self._n_threads,
+        )
 
     def _heads(self, solutions: Sequence[Solution]) -> list[Head] | None:
         """Return the heads of robots if they are known."""
@@ -210,7 +249,7 @@ class LocalEvaluator:
             stage = "settling" if settling else "head-search"
         elif result.failed is not None:
             failure = result.failures[result.failed]
-            target, repeat = divmod(result.failed, self._trials.repeats)
+            target, repeat = divmod(result.failed, len(result.failures) // self._task.n_targets)
             walls = started.loop.walls[robot][result.failed]
         if failure is None:
             return None

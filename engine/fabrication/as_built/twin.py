@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, Final
 
+from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.as_built.deviations import Deviation, deviations
 from engine.fabrication.materials import Materials
 from engine.simulation.built import Built, Spread
 from engine.simulation.physics import Physics, as_built, one_of
+
+TYPICAL: Final = Morphology(t.N_STIFFNESS_LEVELS // 2, (1,) * 5)
+"""The body whose masses stand for those of all that a search tries: they differ by a few percent."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,3 +88,15 @@ def twin_of(
         for d in deviations(morphology, materials, levels)
     )
     return Twin(physics=dataclasses.replace(physics, spread=Spread()), deviations=described)
+
+
+def search_physics(physics: Physics, materials: Materials, *, spread: bool) -> Physics:
+    """Return the physics to search with for robots that are to be built.
+
+    Args:
+        physics: of the run.
+        materials: what its robots will be built from.
+        spread: whether every repeat of an evaluation has another robot of the design.
+    """
+    twin = twin_of(physics, TYPICAL, materials, levels=range(1, t.N_STIFFNESS_LEVELS + 1))
+    return twin.varied if spread else twin.nominal
