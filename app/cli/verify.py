@@ -53,8 +53,8 @@ class Verify:
     """Another simulator: kernel, or mujoco (Newton's method), the reference."""
     as_built: bool = False
     """Simulate the robot with all that differs when it is built, and say which difference costs most."""
-    materials: str = "tpu-85a"
-    """For --as-built, what it is built from: tpu-85a, silicone-cord, latex-cord, or a TOML file of yours."""
+    materials: str = "latex-cord"
+    """For --as-built, what it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
     samples: int = 20
     """For --as-built, how many robots of the design are simulated, each as inexact as tolerances allow."""
     seeds: int = 5

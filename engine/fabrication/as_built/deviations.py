@@ -18,24 +18,28 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions import tolerances
-from engine.fabrication.dimensions.cables import CableDesign, cable_design
+from engine.fabrication.dimensions.cables import (
+    CAP_FRICTION,
+    CableDesign,
+    cable_design,
+    design_cables,
+    working_length,
+)
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.servo_parts import drum_errors, servo_rod_centre_of_mass
 
 TOLERANCE: Final = 2.0
 """A tolerance of the sheet is this many standard deviations."""
-BEND: Final = math.radians(129.0)
-"""How far a cable bends over its cap, in rad: the middle of the 113 to 145 degrees of the four notches."""
-CAP_FRICTION: Final = 0.35
-"""Coefficient of a cable on its cap: rubber and TPU on plastic are between 0.2 and 0.5."""
+CAP_FRICTION_SPREAD: Final = 0.075
+"""Standard deviation of the friction of cables on their caps."""
 MODULUS_UNMEASURED: Final = 0.2
 """Standard deviation of a modulus from a data sheet, in parts of it: batches, and how it was printed."""
 MODULUS_MEASURED: Final = 0.05
 """The same after a pull test."""
 ELASTIC: Final = 0.15
 """Standard deviation of the stiffness of the elastic in an internal cable, in parts of it."""
-BALLAST_AT: Final = 0.038
-"""Where ballast sits along the servo rod, in m from its middle: beside the cap of node 1."""
+BALLAST_LENGTH: Final = 0.012
+"""Length of the ballast along the servo rod, in m; it ends where the cap of node 1 begins."""
 SERVO_RATE: Final = 400.0
 """How fast a 9 g servo turns, in degrees per second."""
 SERVO_RATE_SPREAD: Final = 0.15
@@ -124,20 +128,13 @@ def deviations(
     return tuple(make(morphology, materials) for make in makers)
 
 
-def sticking(design: CableDesign) -> float:
-    """Return the factor on a cable's stiffness that the friction of its tails makes, at least 1.
-
-    A tail takes up tension only through the bend over the cap: while the cable is pulled it has 1 / c of the
-    free span's tension, where c is the capstan's factor. The two pieces are springs in series,
-
-        k = E A / (span + tails / c).
-
-    The unstretched span is the rest length between the anchors.
-    """
-    tails = design.free - design.rest
-    if tails <= 0.0:
-        return 1.0
-    return design.free / (design.rest + tails / math.exp(CAP_FRICTION * BEND))
+def friction_spread(design: CableDesign, materials: Materials) -> float:
+    """Return the standard deviation of a cable's stiffness by the friction over its caps, in parts of it."""
+    more, less = (
+        working_length(design.tail, materials.cable, CAP_FRICTION + sign * CAP_FRICTION_SPREAD)
+        for sign in (1, -1)
+    )
+    return abs(less - more) / (2 * design.working)
 
 
 def _masses(morphology: Morphology, materials: Materials) -> Deviation:
@@ -200,48 +197,43 @@ def built_centre_of_mass(morphology: Morphology, materials: Materials) -> np.nda
     )
     bare = servo_rod_centre_of_mass(materials, rod / n)
     total = sum(p.quantity * p.mass for p in listed if p.group == "servo rod") / n
-    at = np.array([0.0, BALLAST_AT, 0.0])
+    tail = float(np.mean([d.tail for d in design_cables(morphology, materials)]))
+    at = np.array([0.0, (t.ROD_LENGTH - BALLAST_LENGTH) / 2 - tail, 0.0])
     return np.asarray(((total - ballast) * bare + ballast * at) / total)
 
 
 def _cables(levels: Sequence[int], materials: Materials) -> Deviation:
-    cable = materials.cable
     designs = {level: cable_design(level, materials) for level in levels}
-    relaxed = 1.0 - cable.relaxation_after_a_day
     factors = [1.0] * t.N_STIFFNESS_LEVELS
     for level, d in designs.items():
-        factors[level - 1] = relaxed * d.stiffness_made / _wanted(d) * sticking(d)
-    own = " and ".join(f"{v:.2f}" for v in sorted({factors[level - 1] for level in levels}))
-    stuck = max(map(sticking, designs.values()))
-    why = [] if stuck == 1.0 else [f"tails that stick to their rods make it {stuck:.2f} times as stiff"]
+        factors[level - 1] = d.stiffness_made / _wanted(d)
+    own = sorted({f"{factors[level - 1]:.2f}" for level in levels})
+    built = f"{' to '.join((own[0], own[-1]) if len(own) > 1 else own)} times that"
     if not all(d.producible for d in designs.values()):
-        why.append("the section asked for cannot be made")
-    why.append(f"after a day the material pulls {100 * cable.relaxation_after_a_day:.0f} % less")
+        built += ": the section asked for cannot be made"
+    if not all(d.springs_back for d in designs.values()):
+        built += ": it is strained beyond what it springs back from"
     material = MODULUS_MEASURED if materials.pull_test else MODULUS_UNMEASURED
+    slides = max(friction_spread(d, materials) for d in designs.values())
+    module = math.hypot(tolerances.STIFFNESS / TOLERANCE, slides)
+    guess = f"modulus of {materials.name}: {materials.cable.source or 'no source named'}"
     return Deviation(
         key="cables",
         name="stiffness of the passive cables",
         simulated=", ".join(f"{t.stiffness_n_per_m(level / 10):.1f}" for level in levels) + " N/m",
-        built=f"{own} times that: {'; '.join(why)}",
-        spread=f"± {100 * material:.0f} % all alike, ± {50 * tolerances.STIFFNESS:.0f} % by module",
+        built=built,
+        spread=f"± {100 * material:.0f} % all alike, ± {100 * module:.0f} % by module",
         origin=Origin.MEASURED if materials.pull_test else Origin.ASSUMED,
-        source=(
-            "pull test" if materials.pull_test else f"modulus of {materials.name}: {_source_of(materials)}"
-        )
-        + f"; capstan with friction {CAP_FRICTION:g}",
-        remedy="a pull test, cables that end at their caps (cord), and exporting again",
+        source="pull test" if materials.pull_test else guess,
+        remedy="a pull test, entered in the materials file, and exporting again; or another material",
         figures={"stiffness": tuple(factors)},
-        scatter={"stiffness": material, "module_stiffness": tolerances.STIFFNESS / TOLERANCE},
+        scatter={"stiffness": material, "module_stiffness": module},
     )
 
 
 def _wanted(design: CableDesign) -> float:
     """Return the simulated stiffness of a cable in N/m: a measured ``k_ref`` is no reason for another."""
     return t.stiffness_n_per_m(design.level / t.N_STIFFNESS_LEVELS)
-
-
-def _source_of(materials: Materials) -> str:
-    return materials.cable.source or "no source named"
 
 
 def _rest_length(morphology: Morphology, materials: Materials) -> Deviation:

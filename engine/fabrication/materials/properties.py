@@ -97,12 +97,14 @@ class RodStock:
         density: in kg/m3.
         stock_length: of a bought rod, in m.
         kerf: width of a saw cut, in m.
+        bore: inner diameter of a tube, in m; None for a solid rod.
     """
 
     material: str
     density: float = number("kg_m3")
     stock_length: float = number("mm")
     kerf: float = number("mm", zero=True)
+    bore: float | None = number("mm", zero=True, optional=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

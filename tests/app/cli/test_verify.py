@@ -97,4 +97,4 @@ def test_as_built_as_json(small_run: Path, cell: str, capsys: pytest.CaptureFixt
     facts = json.loads(capsys.readouterr().out)
     assert len(facts["robots"]["f_s_cm"]) == 2
     assert {d["key"] for d in facts["deviations"]} > set(facts["costs_cm"])
-    assert facts["materials"] == "tpu-85a"
+    assert facts["materials"] == "latex-cord"

@@ -14,7 +14,7 @@ from engine.fabrication.parts import solids
 from engine.fabrication.parts.assembly import servo_clearance
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 
 
 def test_the_drum_winds_the_strokes_of_the_simulated_table():
