@@ -140,6 +140,10 @@ class Built:
         return published[below] + part * (published[below + 1] - published[below])
 
 
+PUBLISHED: Final = Built()
+"""The published robot."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
     """Standard deviations between robots of one design; of factors unless a unit is named.

@@ -137,7 +137,7 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
         assert problem.text.replace("mm2", "mm²") in text
         assert all(p.replace("mm2", "mm²") in text for p in problem.proposals)
     for level in set(morphology.stiffness_levels):
-        for d in contraction(level):
+        for d in contraction(level, facts.built):
             figures = f"{1000 * d.released:.1f} {1000 * d.contracted:.1f} ± {1000 * d.tolerance:.1f}"
             assert f"{d.nodes[0]} and {d.nodes[1]} {figures}" in text
     near, far = (f"{1000 * v:.1f}" for v in facts.link_gaps)

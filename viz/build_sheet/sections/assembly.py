@@ -222,7 +222,7 @@ def _contraction(facts: Facts, width: float) -> Flowable:
                 f"{1000 * d.contracted:.1f}",
                 f"± {1000 * d.tolerance:.1f}",
             ]
-            for d in contraction(level)
+            for d in contraction(level, facts.built)
         ]
     header = ("modules", "between nodes", "at a0 (mm)", "at a180 (mm)", "may differ (mm)")
     return blocks.grid(header, rows, blocks.columns(width, 24, 19, 19, 19, 19), right=(2, 3, 4))
