@@ -198,6 +198,13 @@ def walls(facts: Facts, width: float) -> list[Flowable]:
     ]
 
 
+def _reached(facts: Facts) -> np.ndarray:
+    """Return the (targets,) distances in m that go with ``path_of``."""
+    built = None if facts.as_built is None else facts.as_built.robots.distances
+    recorded = path_of(facts) is facts.evaluation.trajectory
+    return facts.evaluation.distances.mean(axis=1) if recorded or built is None else built
+
+
 def path_of(facts: Facts) -> np.ndarray:
     """Return the (targets, seconds, 2) paths to draw, in m: as built, or as recorded if that is not known."""
     recorded = facts.evaluation.trajectory
@@ -287,7 +294,7 @@ def _draw_plot(
     c.restoreState()
     for k, target in enumerate(targets if targets_too else ()):
         x, y = at(offsets[k])
-        gained = 100 * (facts.task.target_distance - facts.evaluation.distances[target].mean())
+        gained = 100 * (facts.task.target_distance - _reached(facts)[target])
         name = f"{facts.task.target_names[target]}: {signed(gained, 1)} cm"
         inside = x < width - 100
         pen.text(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import segno
 from reportlab.lib.colors import HexColor, white
@@ -68,7 +70,7 @@ def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
         names = {d.key: (d.name, d.remedy) for d in twin.deviations}
         said = [style.escaped(s) for s in scores.sentences(names)]
         said[0] = f"<b>{said[0]}</b>"
-        text = " ".join(said).replace(" -", " −")
+        text = re.sub(r"(?<= )-(?=\d)", "−", " ".join(said))
         found.append(blocks.body(text) if scores.worth_building else blocks.warning(text))
     if not found or (scores is not None and scores.worth_building and len(found) == 1):
         found.append(
