@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
-from engine.analysis.robustness import load_robust_of, robust_path
+from engine.analysis.robustness import Robustness, load_robust_of, robust_path
 from engine.search.archive import Cell
 from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
@@ -93,9 +93,21 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
-    robust = load_robust_of(reader)
+    return _by_results(load_robust_of(reader), reader, "robust f_s cm")
+
+
+def by_fitness_as_built(reader: RunReader) -> Coloring:
+    """Return a colouring by the mean f_s of the elites as they would be built.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    return _by_results(load_robust_of(reader, as_built=True), reader, "as-built f_s cm")
+
+
+def _by_results(robust: Robustness | None, reader: RunReader, title: str) -> Coloring:
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
-    return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
+    return by_number({n: 100 * f_s for n, f_s in found.items()}, title)
 
 
 USUAL: Final = "fitness f_s"
@@ -108,8 +120,10 @@ COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
 
 
 def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
-    """Return the colourings that a run can offer: after ``reevaluate`` also one by robust fitness."""
+    """Return the colourings that a run can offer: after ``reevaluate`` also by robust or as-built fitness."""
     offered = dict(COLORINGS)
     if robust_path(reader.path).exists():
         offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+    if robust_path(reader.path, as_built=True).exists():
+        offered["as-built fitness"] = lambda reader, _: by_fitness_as_built(reader)
     return offered
