@@ -7,10 +7,11 @@ quantity that is known by evaluation.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
-from engine.analysis.robustness import Robustness, load_robust_of, robust_path
+from engine.analysis.robustness import load_robust_of, robust_path
 from engine.search.archive import Cell
 from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
@@ -41,7 +42,9 @@ class Coloring:
 
 
 FITNESS: Final = Coloring(
-    lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale, lengths=True
+    lambda _, elites: {c: e.f_s for c, e in elites.items()},
+    functools.partial(fitness_scale, signed=True),
+    lengths=True,
 )
 AGE: Final = Coloring(
     lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
@@ -53,7 +56,7 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
     """Return a colouring by fitnesses in cm that are known for some evaluations, by their numbers."""
     return Coloring(
         lambda _, elites: {c: values[e.number] for c, e in elites.items() if e.number in values},
-        lambda shown: fitness_scale(shown, title),
+        lambda shown: fitness_scale(shown, title, signed=True),
         lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
         lengths=True,
     )
@@ -93,7 +96,7 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
-    return _by_results(load_robust_of(reader), reader, "robust f_s cm")
+    return by_number(robust_fitness(reader), "robust f_s cm")
 
 
 def by_fitness_as_built(reader: RunReader) -> Coloring:
@@ -102,12 +105,22 @@ def by_fitness_as_built(reader: RunReader) -> Coloring:
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
-    return _by_results(load_robust_of(reader, as_built=True), reader, "as-built f_s cm")
+    return by_number(robust_fitness(reader, as_built=True), "as-built f_s cm")
 
 
-def _by_results(robust: Robustness | None, reader: RunReader, title: str) -> Coloring:
+def robust_fitness(reader: RunReader, *, as_built: bool = False) -> dict[int, float]:
+    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+
+    Args:
+        reader: of the run.
+        as_built: whether as they would be built.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    robust = load_robust_of(reader, as_built=as_built)
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
-    return by_number({n: 100 * f_s for n, f_s in found.items()}, title)
+    return {n: 100 * f_s for n, f_s in found.items()}
 
 
 USUAL: Final = "fitness f_s"

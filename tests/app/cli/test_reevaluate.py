@@ -50,7 +50,7 @@ def test_several_runs_and_folders_one_after_another(
 
 def test_elites_as_they_would_be_built(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
     command = ("reevaluate", copy, "--repeats", 1, "--archive", "morphology", "--as-built", "latex-cord")
-    status, out, err = tensatlas(*command)
+    status, _, err = tensatlas(*command)
     assert (status, "small.as_built.json" in err) == (0, True)
     assert not (tmp_path / "small.robust.json").exists()
     kept = json.loads((tmp_path / "small.as_built.json").read_text())
