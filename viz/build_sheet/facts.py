@@ -103,8 +103,13 @@ class Facts:
         return self.place.name if self.place else f"evaluation {self.evaluation.solution.number}"
 
     @property
+    def name(self) -> str:
+        """What the robot is called wherever its run is known."""
+        return f"Robot {self.evaluation.solution.number}"
+
+    @property
     def robot_id(self) -> str:
-        """Short name."""
+        """What tells it from the robots of all runs."""
         return robot_id(self.config, self.evaluation.solution)
 
     @property

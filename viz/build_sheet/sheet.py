@@ -60,7 +60,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
     return typeset(
         story,
         paper=sheet,
-        title=f"Build sheet of robot {facts.number} ({facts.robot_id})",
-        running=f"Robot {facts.number} · run {facts.run_name} · {facts.where}",
+        title=f"Build sheet of {facts.name} of {facts.run_name}",
+        running=f"{facts.name} · run {facts.run_name} · id {facts.robot_id} · {facts.where}",
         date=f"run of {facts.date}",
     )

@@ -29,16 +29,18 @@ class Coloring:
 
     Attributes:
         values: takes the axes of a map and the elites that it shows, returns the quantity by cell. Cells
-            without a value are grey; a map without any value keeps the colours of the fitness.
+            without a value are grey.
         scale: takes all values shown, returns the scale.
         hint: returns the line that a value adds to hover cards; None if they show the value anyway.
         lengths: whether the values are fitnesses in cm, which can share a scale.
+        unknown: why a map may have no value at all.
     """
 
     values: Callable[[Sequence[Axis], Mapping[Cell, ShownElite]], Values]
     scale: Callable[[Collection[float]], Scale]
     hint: Callable[[float], str] | None = None
     lengths: bool = False
+    unknown: str = ""
 
 
 FITNESS: Final = Coloring(
@@ -46,10 +48,17 @@ FITNESS: Final = Coloring(
     functools.partial(fitness_scale, signed=True),
     lengths=True,
 )
-AGE: Final = Coloring(
-    lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
-    lambda values: Scale("gen.", 0.0, max([1.0, *values]), whole=True),
-)
+
+
+def by_age(generation: int) -> Coloring:
+    """Return a colouring by how many generations ago an elite was found, as of a generation."""
+    return Coloring(
+        lambda _, elites: {c: float(generation - e.generation) for c, e in elites.items()},
+        lambda values: Scale("age, gen.", 0.0, max([1.0, *values]), whole=True),
+        lambda n: (
+            "found in this generation" if n < 1 else f"found {n:.0f} generation{'s' if n > 1 else ''} ago"
+        ),
+    )
 
 
 def by_number(values: Mapping[int, float], title: str) -> Coloring:
@@ -59,6 +68,7 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
         lambda shown: fitness_scale(shown, title, signed=True),
         lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
         lengths=True,
+        unknown="none of these was evaluated again",
     )
 
 
@@ -87,6 +97,7 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
         values,
         lambda shown: count_scale(shown, "visits"),
         lambda n: f"{n:.0f} evaluation{'' if n == 1 else 's'} here",
+        unknown="visits are counted by body only",
     )
 
 
@@ -126,7 +137,7 @@ def robust_fitness(reader: RunReader, *, as_built: bool = False) -> dict[int, fl
 USUAL: Final = "fitness f_s"
 COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
     USUAL: lambda *_: FITNESS,
-    "age": lambda *_: AGE,
+    "age": lambda _, generation: by_age(generation),
     "visits": by_visits,
 }
 """The colourings on offer, by their names in the app. Each is made from a run and the generation shown."""

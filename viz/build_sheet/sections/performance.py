@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from reportlab.lib.colors import HexColor
@@ -17,6 +14,7 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.style import Paper, signed
+from viz.robot.head_paths import Ground, reach, wall_corners
 
 WALL = HexColor("#c9d3de")
 PLOT_HEIGHT = 290.0
@@ -252,24 +250,12 @@ def _draw_plot(
     offsets = 100 * target_offsets(facts.task)[targets]
     path = 100 * path_of(facts).astype(float)[targets]
     standing = [w for w in walls if not w.is_buried]
-    corners = [100 * _corners(w) for w in standing]
-    reach = np.concatenate([offsets if targets_too else offsets[:0], path.reshape(-1, 2), np.zeros((1, 2))])
-    border = 6.0 if targets_too else max(0.25, 0.08 * float(np.ptp(reach, axis=0).max()))
-    low, high = reach.min(axis=0) - border, reach.max(axis=0) + border
+    corners = [100 * wall_corners(w) for w in standing]
+    shown, border = reach(offsets, path, targets_too=targets_too)
     left, bottom = 30.0, 24.0
-    scale = min((width - left - 8) / (high[0] - low[0]), (height - bottom - 4) / (high[1] - low[1]))
-    # use the room that is left to show more of the ground
-    shown = np.array([width - left - 8, height - bottom - 4]) / scale
-    middle = (low + high) / 2
-    low, high = middle - shown / 2, middle + shown / 2
-
-    def at(point: np.ndarray | tuple[float, float]) -> tuple[float, float]:
-        x, y = np.array([left, bottom]) + scale * (np.asarray(point) - low)
-        return float(x), float(y)
-
-    steps = (m * 10.0**k for k in itertools.count(-1) for m in (1, 2, 5))
-    step = next(s for s in steps if s * scale >= 24)
-    _axes(pen, at, low, high, step)
+    ground = Ground.fitting(shown, border, (left, bottom), (width - left - 8, height - bottom - 4))
+    low, high, scale, at = ground.low, ground.high, ground.scale, ground.at
+    _axes(pen, ground)
     c = pen.canvas
     c.saveState()
     clip = c.beginPath()
@@ -308,13 +294,11 @@ def _draw_plot(
     pen.canvas.restoreState()
 
 
-def _axes(
-    pen: Pen, at: Callable[[Any], tuple[float, float]], low: np.ndarray, high: np.ndarray, step: float
-) -> None:
+def _axes(pen: Pen, ground: Ground) -> None:
+    low, high, at, step = ground.low, ground.high, ground.at, ground.step(24)
     decimals = 0 if step >= 1 else 1
     for axis in (0, 1):
-        for count in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):
-            value = count * step
+        for value in ground.lines(axis, step):
             a, b = np.array(low), np.array(high)
             a[axis] = b[axis] = value
             pen.line(at(a), at(b), color=style.RULE, width=0.7 if value == 0 else 0.35)
@@ -328,11 +312,3 @@ def _axes(
     pen.text(at(low)[0] - 22, y, "left, y (cm)", align="centre", size=8, color=style.SOFT, upright=True)
     lower, upper = at(low), at(high)
     pen.box(lower[0], lower[1], upper[0] - lower[0], upper[1] - lower[1], stroke=style.SOFT)
-
-
-def _corners(wall: Wall) -> np.ndarray:
-    """Return the (4, 2) corners of a wall seen from above, in m."""
-    x, y = wall.half_size[:2]
-    c, s = math.cos(wall.yaw), math.sin(wall.yaw)
-    around = np.array([(x, y), (-x, y), (-x, -y), (x, -y)])
-    return np.array(wall.centre[:2]) + around @ np.array([[c, s], [-s, c]])

@@ -30,7 +30,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     n = facts.morphology.n_modules
     summary = facts.task.summary or f"task {facts.task.name}"
     left: list[Flowable] = [
-        Paragraph(f"Robot {facts.number}", style.TITLE),
+        Paragraph(style.escaped(f"{facts.name} of {facts.run_name}"), style.TITLE),
         blocks.gap(2),
         blocks.body(
             f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_grams(facts.mass)} g, evolved in"
@@ -81,7 +81,8 @@ def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
 
 def qr_text(facts: Facts) -> str:
     """Return what the QR code says: the robot's id, its run and cell, and its address in the explorer."""
-    return f"TensAtlas robot {facts.robot_id}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
+    robot = f"TensAtlas robot {facts.evaluation.solution.number}, id {facts.robot_id}"
+    return f"{robot}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
 
 
 def _identity(facts: Facts, materials: Materials, width: float) -> Flowable:
@@ -92,7 +93,7 @@ def _identity(facts: Facts, materials: Materials, width: float) -> Flowable:
         ("Robot's id", facts.robot_id, "Made of", style.escaped(materials.name)),
         ("Run", style.escaped(facts.run_name), "Modules", f"{facts.morphology.n_modules}, numbered from 0"),
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
-        ("Evaluation no.", str(facts.evaluation.solution.number), "Cable stiffness", _stiffness(facts)),
+        ("Robot", facts.name, "Cable stiffness", _stiffness(facts)),
         (
             "Task",
             style.escaped(facts.task.name),
