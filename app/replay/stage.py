@@ -2,7 +2,7 @@
 
 There are no shadow maps and no pictures of surroundings: a computer without a graphics card would need
 seconds to prepare them, and would redraw every robot three times a frame. The soft shadows of
-``floor_marks`` cost nothing.
+``shapes`` cost nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.replay.floor_marks import disc_glb, flat_glb
+from app.replay.shapes import disc_glb, flat_glb
 
 FIELD_OF_VIEW: Final = math.radians(38.0)
 """From the lower edge to the upper one: a long lens, from near by."""
