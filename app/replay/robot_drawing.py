@@ -30,7 +30,7 @@ BOX_EDGES = np.array(
 )
 """(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
 CABLE_THICKNESS = 0.0015
-SHADOW = ((0, 0, 0, 190), (0, 0, 0, 150), (0, 0, 0, 50), (0, 0, 0, 0))
+SHADOW = ((0, 0, 0, 160), (0, 0, 0, 125), (0, 0, 0, 42), (0, 0, 0, 0))
 """From the middle of a module's soft shadow to its edge."""
 SHADOW_RADIUS = 0.085
 SHADOW_LIFT = 0.001
