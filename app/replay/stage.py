@@ -25,8 +25,8 @@ HORIZON: Final = 4.0
 LINE_COLOR: Final = (128, 140, 156)
 WEAK, STRONG = 120, 190
 """How much a line covers in the middle, of 255, and every fourth one."""
-LINE_WIDTH: Final = 0.0014
-LINE_GROWTH: Final = 4.0
+LINE_WIDTH: Final = 0.0012
+LINE_GROWTH: Final = 2.0
 """By how many of its widths a line is wider at the horizon, where it would fall between the pixels."""
 LINE_PARTS: Final = 16
 POOL_RADIUS: Final = 1.6
