@@ -38,7 +38,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
     sheet = style.PAPERS[paper]
     # each begins on a page of its own
     sections = (
-        title.pages(facts, sheet),
+        title.pages(facts, materials, sheet),
         performance.pages(facts, sheet),
         drawings.pages(facts, sheet),
         [

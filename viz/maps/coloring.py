@@ -110,13 +110,26 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     return by_number(robust_fitness(reader), "robust f_s cm")
 
 
-def robust_fitness(reader: RunReader) -> dict[int, float]:
-    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+def by_fitness_as_built(reader: RunReader) -> Coloring:
+    """Return a colouring by the mean f_s of the elites as they would be built.
 
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
-    robust = load_robust_of(reader)
+    return by_number(robust_fitness(reader, as_built=True), "as-built f_s cm")
+
+
+def robust_fitness(reader: RunReader, *, as_built: bool = False) -> dict[int, float]:
+    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+
+    Args:
+        reader: of the run.
+        as_built: whether as they would be built.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    robust = load_robust_of(reader, as_built=as_built)
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
     return {n: 100 * f_s for n, f_s in found.items()}
 
@@ -131,8 +144,10 @@ COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
 
 
 def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
-    """Return the colourings that a run can offer: after ``reevaluate`` also one by robust fitness."""
+    """Return the colourings that a run can offer: after ``reevaluate`` also by robust or as-built fitness."""
     offered = dict(COLORINGS)
     if robust_path(reader.path).exists():
         offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+    if robust_path(reader.path, as_built=True).exists():
+        offered["as-built fitness"] = lambda reader, _: by_fitness_as_built(reader)
     return offered

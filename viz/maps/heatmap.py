@@ -109,8 +109,8 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
         look, hint = 'class="e"', f"empty cell\n{axis_labels.describe(heatmap.axes, cell)}"
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
-        still = tile.still and not tile.pale
-        kinds = [k for k, holds in (("f", cell in heatmap.fresh), ("z", still)) if holds]
+        marks = (("f", cell in heatmap.fresh), ("z", tile.still and not tile.pale))
+        kinds = [kind for kind, holds in marks if holds]
         look += f' class="{" ".join(kinds)}"' if kinds else ""
         look += f' fill-opacity="{PALE}"' if tile.pale else ""
         hint = tile.hint

@@ -41,7 +41,43 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.gap(3),
         blocks.note(_spread_note(facts)),
         *_paths(facts, paper),
+        *_differences(facts, paper.inner_width),
     ]
+
+
+def _differences(facts: Facts, width: float) -> list[Flowable]:
+    """Return what differs between the built and the simulated robot, and what each difference costs."""
+    twin, found = facts.twin, facts.as_built
+    if twin is None or found is None:
+        return []
+    costs = dict(found.costs)
+    rows = [
+        [
+            style.escaped(d.name),
+            style.escaped(d.simulated),
+            style.escaped("; ".join(part for part in (d.built, d.spread) if part)),
+            f"{d.origin}: {style.escaped(d.source)}",
+            signed(-100 * costs[d.key], 1) if d.key in costs else "",
+        ]
+        for d in sorted(twin.deviations, key=lambda d: -costs.get(d.key, -math.inf))
+    ]
+    header = ("what differs", "simulated", "built; spread", "known by", "alone (cm)")
+    n = len(found.robots.f_s)
+    return [
+        blocks.subheading("As it would be built"),
+        blocks.body(
+            f"Simulated {n} times, each time with another robot that is as inexact as tolerances allow:"
+            f" f<sub>s</sub> {_cm(found.robots.mean)} ± {_cm(found.robots.deviation)} cm (mean and standard"
+            f" deviation), a tenth of them below {_cm(found.worst)} cm; exactly as designed"
+            f" {_cm(found.nominal.mean)} cm; as evolved, under the same noise, {_cm(found.evolved.mean)} cm."
+            " The last column is what one difference alone changes."
+        ),
+        blocks.grid(header, rows, blocks.columns(width, 20, 20, 26, 24, 10), right=(4,)),
+    ]
+
+
+def _cm(length: float | None) -> str:
+    return "–" if length is None else signed(100 * length, 1)
 
 
 def _times(repeats: int) -> str:
@@ -51,20 +87,23 @@ def _times(repeats: int) -> str:
 def _targets(facts: Facts, width: float) -> Flowable:
     task = facts.task
     start = 100 * task.target_distance
-    rows = []
+    rows: list[list[str]] = []
+    reached = None if facts.as_built is None else facts.as_built.robots.distances
     for name, d in zip(task.target_names, 100 * facts.evaluation.distances, strict=True):
         gained = start - d
         spread = f"± {np.ptp(gained) / 2:.2f}" if len(d) > 1 else "one trial"
         trials = ", ".join(signed(x, 2) for x in gained)
-        rows.append([style.escaped(name), f"{d.mean():.2f}", signed(gained.mean(), 2), spread, trials])
+        built = "–" if reached is None else signed(start - 100 * reached[len(rows)], 1)
+        rows.append([style.escaped(name), f"{d.mean():.2f}", signed(gained.mean(), 2), spread, trials, built])
     header = (
         "target",
         f"{style.escaped(task.score_name)}, mean (cm)",
         "closer by (cm)",
         "spread over noise seeds (cm)",
         "closer by, each trial (cm)",
+        "closer by, as built (cm)",
     )
-    return blocks.grid(header, rows, blocks.columns(width, 18, 22, 16, 20, 24), right=(1, 2, 3))
+    return blocks.grid(header, rows, blocks.columns(width, 16, 19, 14, 18, 20, 13), right=(1, 2, 3, 5))
 
 
 def _spread_note(facts: Facts) -> str:
@@ -95,11 +134,15 @@ def _spread_note(facts: Facts) -> str:
 def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
     recorded = facts.evaluation.trajectory
     text = (
-        "Paths of the head, seen from above, as recorded once a second"
+        "Paths of the head as built, seen from above, once a second"
+        if path_of(facts) is not recorded
+        else "Paths of the head, seen from above, as recorded once a second"
         if recorded.shape[1]
         else "Targets, seen from above. The run file was made smaller and does not hold the paths"
     )
     repeats = facts.config.trials.repeats
+    if facts.as_built is not None and path_of(facts) is not recorded:
+        repeats *= len(facts.as_built.robots.known)
     mean = f", mean of {repeats} trials" if repeats > 1 and recorded.shape[1] else ""
     # so that they and what is to be set up share a page
     height = 0.68 * PLOT_HEIGHT if _has_walls(facts) else PLOT_HEIGHT
@@ -153,6 +196,22 @@ def walls(facts: Facts, width: float) -> list[Flowable]:
     ]
 
 
+def _reached(facts: Facts) -> np.ndarray:
+    """Return the (targets,) distances in m that go with ``path_of``."""
+    built = None if facts.as_built is None else facts.as_built.robots.distances
+    recorded = path_of(facts) is facts.evaluation.trajectory
+    return facts.evaluation.distances.mean(axis=1) if recorded or built is None else built
+
+
+def path_of(facts: Facts) -> np.ndarray:
+    """Return the (targets, seconds, 2) paths to draw, in m: as built, or as recorded if that is not known."""
+    recorded = facts.evaluation.trajectory
+    if facts.as_built is None or not recorded.shape[1]:
+        return recorded
+    built = facts.as_built.robots.trajectory
+    return recorded if built is None else built
+
+
 def _has_walls(facts: Facts) -> bool:
     return any(not w.is_buried for world in worlds(facts.task, facts.morphology.n_modules) for w in world)
 
@@ -189,7 +248,7 @@ def _draw_plot(
     pen.canvas.saveState()
     pen.canvas.translate(*corner)
     offsets = 100 * target_offsets(facts.task)[targets]
-    path = 100 * facts.evaluation.trajectory.astype(float)[targets]
+    path = 100 * path_of(facts).astype(float)[targets]
     standing = [w for w in walls if not w.is_buried]
     corners = [100 * wall_corners(w) for w in standing]
     shown, border = reach(offsets, path, targets_too=targets_too)
@@ -221,7 +280,7 @@ def _draw_plot(
     c.restoreState()
     for k, target in enumerate(targets if targets_too else ()):
         x, y = at(offsets[k])
-        gained = 100 * (facts.task.target_distance - facts.evaluation.distances[target].mean())
+        gained = 100 * (facts.task.target_distance - _reached(facts)[target])
         name = f"{facts.task.target_names[target]}: {signed(gained, 1)} cm"
         inside = x < width - 100
         pen.text(
