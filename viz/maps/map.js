@@ -55,6 +55,7 @@
   };
   const showCard = (event, text) => {
     card.textContent = text;
+    window.taPicture?.(card, event.target); // a page may add a picture
     // an open dialog hides all that is not in it
     (event.target.closest("dialog") || document.body).appendChild(card);
     card.style.display = "block";
