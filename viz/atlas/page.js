@@ -18,6 +18,8 @@
   failed.id = "failed"; failed.hidden = true;
 
   // ---- robots, unpacked when they are wanted; the last few are kept
+  // the first robot stands before this script, the others behind it
+  const whole = new Promise((done) => addEventListener("DOMContentLoaded", done));
   const KEPT = 24, known = new Map();
   const load = (number) => {
     const found = known.get(number);
@@ -26,15 +28,12 @@
     if (known.size > KEPT) known.delete(known.keys().next().value);
     return known.get(number);
   };
-  const inflate = async (bytes) => {
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
-  };
   const unpack = async (number) => {
-    const bytes = Uint8Array.from(atob(byId(`r${number}`).textContent), (c) => c.charCodeAt(0));
+    if (!byId(`r${number}`)) await whole;
+    const bytes = taReplay.decoded(byId(`r${number}`).textContent);
     const end = 4 + new DataView(bytes.buffer).getUint32(0, true);
-    const robot = JSON.parse(new TextDecoder().decode(await inflate(bytes.subarray(4, end))));
-    robot.motion = robot.scene && taReplay.motion(robot.scene, await inflate(bytes.subarray(end)));
+    const robot = JSON.parse(new TextDecoder().decode(await taReplay.inflated(bytes.subarray(4, end))));
+    robot.motion = robot.scene && taReplay.motion(robot.scene, await taReplay.inflated(bytes.subarray(end)));
     return robot;
   };
 
@@ -48,7 +47,7 @@
   let chosen = null, aim = 0, robot = null;
   const tell = () => {
     byId("name").textContent = `Robot ${chosen}`;
-    byId("where").textContent = Object.entries(robot.cells).map(([map, cell]) => `${map}: cell ${cell}`).join(" · ");
+    byId("where").textContent = Object.entries(robot.cells).map(([map, cell]) => `${map} ${cell}`).join(" · ");
     const gain = byId("gain");
     gain.replaceChildren(make("b", words(robot.f_s, robot.distances)));
     gain.append(robot.distances ? "to its targets, the worst counting most (f" : `(f`, make("sub", "s"), ` ${plain(robot.f_s, 2)} cm)`);
@@ -152,7 +151,8 @@
   window.taPicture = (card, element) => {
     const number = cellOf(element);
     if (number === undefined) { pointed = null; return; }
-    card.prepend(picture);
+    const [first, ...rest] = card.textContent.split("\n");
+    card.replaceChildren(picture, make("b", first), `\n${rest.join("\n")}`);
     if (number === pointed) return;
     pointed = number;
     picture.getContext("2d").clearRect(0, 0, picture.width, picture.height);
@@ -177,7 +177,7 @@
   // ---- begin with the robot that the address names, or with the best one
   const named = () => {
     const wanted = new URLSearchParams(location.hash.slice(1)), number = Number(wanted.get("robot"));
-    const there = Object.hasOwn(atlas.robots, number);
+    const there = wanted.has("robot") && Object.hasOwn(atlas.robots, number);
     return there ? [number, Number(wanted.get("target") || 0) - 1] : [atlas.best, null];
   };
   addEventListener("hashchange", () => choose(...named()));

@@ -111,7 +111,8 @@ def atlas_page(
         done += seconds
         progress(min(int(len(shown) * done / whole + 1e-6), len(shown)), len(shown))
 
-    elements, off, differs = [], 0.0, 0.0
+    elements: dict[int, str] = {}
+    off = differs = 0.0
     for evaluation, trials in replay_every_target(
         config,
         list(reader.evaluations(set(shown)).values()),
@@ -129,7 +130,7 @@ def atlas_page(
             line=reader.lineage(number),
         )
         off, differs = max(off, elite.off), max(differs, elite.differs)
-        elements.append(f'<script type="text/plain" id="r{number}">{elite.text}</script>')
+        elements[number] = f'<script type="text/plain" id="r{number}">{elite.text}</script>'
     name = printable(reader.path.stem)
     best = max(shown.values(), key=lambda e: (e.f_s, -e.number))
     last = reader.finished_generation()
@@ -155,7 +156,9 @@ def atlas_page(
         "maps": "".join(map(_map, maps)),
         "about": _about(reader, len(shown), off, differs, link),
         "data": json_text(data),
-        "robots": "\n".join(elements),
+        # a reader sees the best robot before the rest of the file has been read
+        "first": elements.pop(best.number),
+        "robots": "\n".join(elements.values()),
     }
     return page(
         _data("page.html"),
@@ -183,7 +186,7 @@ def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
     found: dict[int, dict[str, Cell]] = {}
     for picture in maps:
         for cell, elite in picture.elites.items():
-            found.setdefault(elite.number, {})[picture.title] = cell
+            found.setdefault(elite.number, {})[picture.title.removesuffix(" archive")] = cell
     return found
 
 

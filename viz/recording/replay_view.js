@@ -5,8 +5,8 @@ const taReplay = (() => {
   "use strict";
 
   // ---- data
-  const inflate = async (base64) => {
-    const packed = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const decoded = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const inflated = async (packed) => {
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     return new Uint8Array(await new Response(stream).arrayBuffer());
   };
@@ -159,14 +159,26 @@ const taReplay = (() => {
     // moves the camera until points lie within a part of the picture
     const frameUp = (points, [x, y]) => {
       const middle = (i) => (Math.min(...points.map((p) => p[i])) + Math.max(...points.map((p) => p[i]))) / 2;
-      camera.focus = [middle(0), middle(1), 0.02];
+      camera.focus = [middle(0), middle(1), look.bare ? middle(2) : 0.02];
       const inside = (p) => {
         const q = seen(...p);
         return q[2] > 0.1 && Math.abs(q[0] / half[0] - 1) < x && Math.abs(q[1] / half[1] - 1) < y;
       };
-      for (camera.distance = 0.2; camera.distance < 6; camera.distance *= 1.03) {
-        aim();
-        if (points.every(inside)) break;
+      // then sideways and forth, to where they are in the middle as they are seen, and once more
+      for (const last of [false, true]) {
+        for (camera.distance = 0.2; camera.distance < 6; camera.distance *= 1.03) {
+          aim();
+          if (points.every(inside)) break;
+        }
+        if (last) break;
+        const spots = points.map((p) => seen(...p)), s = scale / camera.distance;
+        const off = (axis) => {
+          const places = spots.map((q) => q[axis]);
+          return (Math.min(...places) + Math.max(...places)) / 2 - half[axis];
+        };
+        const across = off(0) / s, forth = -off(1) / (s * Math.sin(camera.pitch));
+        camera.focus[0] += across * right[0] - forth * Math.cos(camera.yaw);
+        camera.focus[1] += across * right[1] - forth * Math.sin(camera.yaw);
       }
       camera.followed = [centre[0], centre[1]];
     };
@@ -185,9 +197,13 @@ const taReplay = (() => {
     const closeUp = (time) => {
       fit();
       put(time);
-      camera.yaw = -2.1;
-      camera.pitch = 0.5;
-      frameUp(robotPoints(), [0.9, 0.88]);
+      // from its side, a little from the front
+      const per = robot.scene.points, tail = robot.scene.head ? 0 : robot.scene.modules - 1, whole = robotPoints();
+      const middle = (m, axis) => whole.slice(per * m, per * (m + 1)).reduce((sum, p) => sum + p[axis], 0);
+      const [dx, dy] = [0, 1].map((axis) => middle(robot.scene.head, axis) - middle(tail, axis));
+      camera.yaw = Math.atan2(dy, dx) - 1.2;
+      camera.pitch = 0.42;
+      frameUp(whole, [0.92, 0.88]);
     };
 
     const stroke = (a, b, width, color) => {
@@ -429,6 +445,8 @@ const taReplay = (() => {
     byId("speed").addEventListener("change", (e) => { state.speed = Number(e.target.value); });
     byId("follow").addEventListener("change", (e) => { state.follow = e.target.checked; redraw(); });
     for (const id of ["trail", "tension"]) byId(id).addEventListener("change", redraw);
+    // a click elsewhere closes the list of what is shown
+    addEventListener("pointerdown", (e) => { if (!byId("show").contains(e.target)) byId("show").open = false; });
     const dress = (bright) => {
       document.documentElement.classList.toggle("light", bright);
       byId("shade").textContent = bright ? "Dark" : "Light"; redraw();
@@ -494,5 +512,5 @@ const taReplay = (() => {
     return { show, toggle, redraw, state, stage, light };
   };
 
-  return { inflate, unpack, motion, view, player };
+  return { decoded, inflated, motion, view, player };
 })();

@@ -3,6 +3,7 @@
   "use strict";
   const text = (id) => document.getElementById(id).textContent;
   const player = taReplay.player();
-  player.show(taReplay.motion(JSON.parse(text("scene")), await taReplay.inflate(text("frames"))), 0);
+  const columns = await taReplay.inflated(taReplay.decoded(text("frames")));
+  player.show(taReplay.motion(JSON.parse(text("scene")), columns), 0);
   document.documentElement.dataset.ready = "1";
 })();
