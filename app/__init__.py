@@ -2,6 +2,7 @@
 
 Read in this order; a room imports only rooms listed before it:
 
+- ``archive/example.tsmr``: the run that an installation without ``saved_archives/`` shows.
 - ``state``: what one browser looks at, and who alone changes each part.
 - ``limits``: how much a visitor may simulate. ``worker_flags``: flags that choose the workers.
 - ``gui``: additions to viser: access, clicks in pictures, values kept in the browser's page.

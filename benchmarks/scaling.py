@@ -16,7 +16,7 @@ import random
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -80,28 +80,29 @@ class SimulatedWorkers:
         self.waiting = 0.0
         """Seconds that the caller has waited for them."""
         self._free = [0.0] * n_workers
-        self._events: list[tuple[float, int, Solution]] = []
+        self._events: list[tuple[float, int, Sequence[Solution]]] = []
         self._left_at = time.process_time()
         self._rng = np.random.default_rng(0)
 
-    def submit(self, world: World, solution: Solution) -> None:
-        """Have a solution evaluated on the worker that is free first."""
+    def submit(self, world: World, solutions: Sequence[Solution]) -> None:
+        """Have solutions evaluated on the worker that is free first."""
         trials = world.config.trials.repeats * get_task(world.config.task).n_targets
-        duration = trials * seconds_per_trial(solution.morphology.n_modules)
+        duration = trials * sum(seconds_per_trial(s.morphology.n_modules) for s in solutions)
         begin = max(heapq.heappop(self._free), self._time()) + TRANSFER
         heapq.heappush(self._free, begin + duration)
-        heapq.heappush(self._events, (begin + duration, solution.number, solution))
+        heapq.heappush(self._events, (begin + duration, solutions[0].number, solutions))
         self.busy += duration
 
-    def wait(self) -> list[tuple[Solution, Result | Died]]:
+    def wait(self) -> list[tuple[Sequence[Solution], list[Result] | Died]]:
         """Return what is finished by now, or else what is finished next."""
         self.now = self._time()
         self.waiting += max(self._events[0][0] - self.now, 0.0)
         self.now = max(self.now, self._events[0][0])
-        found: list[tuple[Solution, Result | Died]] = []
+        found: list[tuple[Sequence[Solution], list[Result] | Died]] = []
         while self._events and self._events[0][0] <= self.now:
-            solution = heapq.heappop(self._events)[2]
-            found.append((solution, Result(self._made_up(solution), None, Origin(this_computer()))))
+            solutions = heapq.heappop(self._events)[2]
+            results = [Result(self._made_up(s), None, Origin(this_computer())) for s in solutions]
+            found.append((solutions, results))
         self._left_at = time.process_time()
         return found
 

@@ -1,10 +1,13 @@
 """What simulating costs: ``python -m benchmarks.simulation``.
 
-Prints, for robots of 2 to 10 modules, CPU seconds of one simulation of 43 s, settling, controller and
-noise included: alone on one thread, and as one of eight of the same robot, as in an evaluation. Then the
-same at the real inertia, and what evaluating a mixed batch costs. Exits with 1 if a goal is missed or a
-simulation diverged: alone a tenth of the published simulator's time at every size; in the company of an
-evaluation at most 10 % of the time outside MuJoCo's step.
+Prints CPU time on one core: of time steps, beside MuJoCo's batch in the same run and the least that a
+processor needs; of evaluations, and what runs of the presets take by that; of a whole replay. Exits with 1 if
+a figure falls short.
+
+The least is counted: a step is done again in Python, function by function as the kernel has them, with
+vectors that count their operations (``benchmarks.counting``). A core with vectors of eight doubles is taken
+to do two sums and two products, two loads and one store in a cycle, and a quotient or a root in eight, at
+4 GHz, nothing ever waiting for anything.
 """
 
 from __future__ import annotations
@@ -12,195 +15,247 @@ from __future__ import annotations
 import dataclasses
 import random
 import sys
+import tempfile
+import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import tyro
+from rich.console import Console
+from rich.table import Table
 
-from benchmarks.timing import Timed, machine, median_cpu, simulate, timed
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
-from engine.body.morphology import Morphology
-from engine.control.genome import Controller, Neat
-from engine.simulation.evaluation import LocalEvaluator, Solution
+from benchmarks.rows import Row, show
+from benchmarks.steps import CORRIDOR, OPEN, cost, parts
+from benchmarks.timing import Clock, machine, timed
+from engine.body.morphology import Morphology, random_morphology
+from engine.config import RunConfig, preset, replaced, task_of
+from engine.control.genome import Neat
+from engine.replay.replay import Replay
+from engine.runs.evolve import evolve
+from engine.simulation.compile_kernel import compile_kernel
+from engine.simulation.evaluation import Evaluation, Solution
+from engine.simulation.kernel.batch import widest
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics, with_inertia
 from engine.simulation.trials import TrialConfig
-from engine.tasks import GOAL_REACHING, SETTLE_TIME, TRIAL_TIME
+from engine.workers.evaluator import create_evaluator
+from engine.workers.processes import ProcessWorkers
 
-PUBLISHED: Final = {2: 5.2, 4: 10.0, 6: 15.0, 8: 23.0, 10: 28.0}
-"""CPU seconds of the published simulator by number of modules, on a machine like those of today: medians
-over relative stiffness 0.1, 0.5 and 1.0."""
-STIFFNESS_LEVELS: Final = (5, 1, 10)
-COPIES: Final = 8
-SPEEDUP_GOAL: Final = 10.0
-OUTSIDE_GOAL: Final = 0.1
+RATIO: Final = 15.0
+"""What a step of MuJoCo's batch with PGS, by which runs were once made, takes of the kernel's."""
+EVALUATION: Final = 0.5
+"""CPU seconds of an evaluation of eight simulations of 43 s."""
+OUTSIDE: Final = 0.15
+QUICK: Final = 90.0
+"""Seconds of a run of preset ``quick`` on two cores."""
+PAPER: Final = 7.0
+"""Core hours of a run of preset ``paper``."""
+REPLAY: Final = 0.3
+"""Seconds to compute a replay of 40 s of ten modules."""
+CORES: Final = 2
 N_MUTATIONS: Final = 5
-
-Robot = tuple[Morphology, Controller]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Arguments:
-    """Time simulations of random robots."""
+    """Measure what simulating costs."""
 
+    sizes: tuple[int, ...] = (2, 6, 10)
+    """Numbers of modules whose steps are timed; the last one's replay, too."""
     robots: int = 3
     """Robots per size; relative stiffness 0.5, 0.1 and 1.0 take turns."""
-    repeats: int = 3
-    """Times each simulation alone is timed; the median counts."""
+    seconds: float = 2.0
+    """Seconds of crawling whose steps are timed, after 3 s of settling."""
     batch: int = 24
-    """Robots of the mixed batch; 0 leaves it out."""
-    sizes: tuple[int, ...] = tuple(PUBLISHED)
-    """Numbers of modules, of 2, 4, 6, 8 and 10."""
+    """Robots of all sizes that are evaluated."""
+    trials: TrialConfig = TrialConfig()
+    """Of an evaluation; figures of whole runs take those of their presets to cost as much per second."""
+    whole: bool = False
+    """Let two processes work through a run of preset quick as well; otherwise its time is worked out."""
     seed: int = 0
-    """Of faces and networks."""
-    settle_time: float = SETTLE_TIME
-    """Seconds of settling; the published times are of 3."""
-    trial_time: float = TRIAL_TIME
-    """Seconds of a trial; the published times are of 40."""
-    quick: bool = False
-    """One robot per size, timed once, and a mixed batch of six."""
+    """Of bodies, networks and gaits."""
 
 
 def main(arguments: Arguments) -> int:
     """Run and return the exit status."""
-    if arguments.quick:
-        arguments = dataclasses.replace(arguments, robots=1, repeats=1, batch=min(6, arguments.batch))
-    print(machine())
-    rng, neat = random.Random(arguments.seed), Neat(n_inputs=GOAL_REACHING.n_inputs)
-    robots = {
-        n: [
-            (_body(rng, STIFFNESS_LEVELS[k % len(STIFFNESS_LEVELS)], n), neat.random(rng))
-            for k in range(arguments.robots)
-        ]
-        for n in arguments.sizes
-    }
-    goals, alone = _cost(arguments, robots)
-    goals &= _inertia(arguments, robots, alone)
-    if arguments.batch:
-        goals &= _mixed_batch(arguments, rng, neat)
-    print("every goal reached" if goals else "a goal was missed or a simulation diverged")
-    return int(not goals)
+    a, console = arguments, Console()
+    console.print(machine())
+    console.print(f"vectors of {widest()}; loaded or compiled in {compile_kernel():.1f} CPU s")
+    reached = _show_steps(a, console)
+    rows = [*_evaluation_rows(a), *_run_rows(a), _replay_row(a)]
+    show("What simulating costs, CPU time on one core", rows, console)
+    passed = reached and all(row.passed is not False for row in rows)
+    console.print("every figure is met" if passed else "a figure falls short")
+    return int(not passed)
 
 
-def _cost(a: Arguments, robots: dict[int, list[Robot]]) -> tuple[bool, dict[int, list[Timed]]]:
-    """Print the table of costs; return whether the goals were reached, and a run per robot alone."""
-    seconds = a.settle_time + a.trial_time
-    scale = seconds / (SETTLE_TIME + TRIAL_TIME)
-    physics = Physics()
-    print(f"\nCPU s of one simulation of {seconds:g} s, time step {1000 * physics.timestep:g} ms")
-    if scale != 1.0:
-        print(f"published times scaled to {seconds:g} s")
-    print(
-        f"         ------------- alone -------------  ------- as one of {COPIES} -------  per minute, threads"
-        "\nmodules   CPU s  us/step  outside    ratio   CPU s  us/step  outside    1 thread   2 threads"
-        "   published  verdict"
-    )
-    reached, kept = True, {}
-    for n, members in robots.items():
-        runs = [_repeated(a, r, physics) for r in members]
-        kept[n] = [r[0] for r in runs]
-        cpu = float(np.median([median_cpu(r) for r in runs]))
-        outside = float(np.median([r.clock.outside for group in runs for r in group]))
-        one, two = (_simulate(a, members[0], physics, copies=COPIES, n_threads=k) for k in (1, 2))
-        steps, ratio = kept[n][0].n_steps, scale * PUBLISHED[n] / cpu
-        failed = any(r.failed for r in [*kept[n], one, two])
-        missed = [
-            text
-            for text, bad in (
-                ("not a tenth", ratio < SPEEDUP_GOAL),
-                ("too much outside", one.clock.outside > OUTSIDE_GOAL),
-                ("diverged", failed),
+def _show_steps(a: Arguments, console: Console) -> bool:
+    """Print what steps cost, in the open and between walls; return whether the goal is met."""
+    table = Table(title="A time step of one simulation of eight, in microseconds", title_justify="left")
+    for heading in (
+        "robots",
+        "kernel",
+        "Newton",
+        "PGS",
+        "PGS / kernel",
+        "at least",
+        "kernel / least",
+        "operations",
+        "of them / and root",
+        "loads + stores",
+        "kB of 8",
+        "sweeps",
+        "coupled",
+    ):
+        table.add_column(heading, justify="left" if heading == "robots" else "right")
+    reached = True
+    for name, walls in (("", OPEN), (", squeezed", CORRIDOR)):
+        for n in a.sizes:
+            c = cost(n, robots=a.robots, seconds=a.seconds, seed=a.seed, walls=walls)
+            reached &= bool(walls) or c.pgs / c.kernel >= RATIO
+            table.add_row(
+                f"{n} modules{name}",
+                f"{c.kernel:.2f}",
+                f"{c.newton:.1f}",
+                f"{c.pgs:.1f}",
+                f"{c.pgs / c.kernel:.1f}",
+                f"{c.floor:.2f}",
+                f"{c.kernel / c.floor:.1f}",
+                f"{c.operations:,.0f}",
+                f"{c.dear:,.0f}",
+                f"{c.traffic:,.0f}",
+                f"{c.memory / 1000:.0f}",
+                f"{c.sweeps:.1f}",
+                f"{c.coupled:.1f}",
             )
-            if bad
-        ]
-        reached &= not missed
-        each = one.clock.cpu / COPIES
-        print(
-            f"{n:7} {cpu:7.2f} {1e6 * cpu / steps:8.1f} {outside:8.1%} {ratio:6.1f} x"
-            f" {each:7.2f} {1e6 * each / steps:8.1f} {one.clock.outside:8.1%}"
-            f" {60 * COPIES / one.clock.wall:11.1f} {60 * COPIES / two.clock.wall:11.1f}"
-            f" {scale * PUBLISHED[n]:11.2f}  {', '.join(missed) or 'reached'}",
-            flush=True,
-        )
-    return reached, kept
-
-
-def _inertia(a: Arguments, robots: dict[int, list[Robot]], scaled: dict[int, list[Timed]]) -> bool:
-    """Print what the real inertia costs and changes; return whether no robot diverged."""
-    physics = with_inertia(Physics(), 1.0)
-    print(
-        f"\ninertia_scale 1, time step {1000 * physics.timestep:g} ms, against {Physics().inertia_scale:g}:"
-        " CPU s alone, and medians of the head's displacement and 1 Hz path, cm"
-        "\nmodules   CPU s    price   diverged     net: 1   scaled    path: 1   scaled"
-    )
-    all_real: list[Timed] = []
-    for n, members in robots.items():
-        real = [_simulate(a, r, physics) for r in members]
-        all_real += real
-        _print_inertia(f"{n:7}", real, scaled[n])
-    _print_inertia("    all", all_real, [r for runs in scaled.values() for r in runs])
-    return not any(r.failed for r in all_real)
-
-
-def _print_inertia(label: str, real: Sequence[Timed], scaled: Sequence[Timed]) -> None:
-    price = median_cpu(real) / median_cpu(scaled)
-    net = [_median_cm([r.net for r in runs if not r.failed]) for runs in (real, scaled)]
-    path = [_median_cm([r.path for r in runs if not r.failed]) for runs in (real, scaled)]
-    print(
-        f"{label} {median_cpu(real):7.2f} {price:6.1f} x {sum(r.failed for r in real):10}"
-        f" {net[0]:10.1f} {net[1]:8.1f} {path[0]:10.1f} {path[1]:8.1f}",
-        flush=True,
-    )
-
-
-def _median_cm(lengths: Sequence[float]) -> float:
-    return 100.0 * float(np.median(lengths)) if lengths else float("nan")
-
-
-def _mixed_batch(a: Arguments, rng: random.Random, neat: Neat) -> bool:
-    """Print what evaluating a mixed batch costs; return whether the goal was reached."""
-    solutions = []
-    for k in range(a.batch):
-        controller = neat.random(rng)
-        for _ in range(N_MUTATIONS):
-            controller = neat.mutate(controller, rng)
-        body = _body(rng, rng.randint(1, N_STIFFNESS_LEVELS), rng.randint(MIN_MODULES, MAX_MODULES))
-        solutions.append(Solution(number=k, morphology=body, controller=controller))
-    trials = TrialConfig(repeats=2, settle_time=a.settle_time, trial_time=a.trial_time)
-    evaluator = LocalEvaluator(task=GOAL_REACHING, physics=Physics(), trials=trials, run_seed=a.seed)
-    build_robot.cache_clear()
-    with timed() as clock:
-        found = [e for group in evaluator.evaluate(solutions) for e in group]
-    failed = sum(e.failure is not None for e in found)
-    reached = clock.outside <= OUTSIDE_GOAL and not failed
-    print(
-        f"\nmixed batch of {len(found)} robots, {GOAL_REACHING.n_targets * trials.repeats} simulations each,"
-        f" and the search for its head: {clock.cpu / len(found):.2f} CPU s per evaluation,"
-        f" {clock.outside:.1%} outside MuJoCo's step, {failed} diverged:"
-        f" {'reached' if reached else 'missed'}",
-        flush=True,
+    console.print(table)
+    console.print(f"wanted: a {RATIO:g}th of PGS's time in the open: {'ok' if reached else 'short'}")
+    shares = parts(a.sizes[-1], seed=a.seed).items()
+    console.print(
+        f"operations of {a.sizes[-1]} modules that crawl: " + ", ".join(f"{k} {v:.0%}" for k, v in shares)
     )
     return reached
 
 
-def _repeated(a: Arguments, robot: Robot, physics: Physics) -> list[Timed]:
-    return [_simulate(a, robot, physics) for _ in range(a.repeats)]
+def _evaluation_rows(a: Arguments) -> list[Row]:
+    """Evaluate a mixed batch."""
+    config = replaced(RunConfig(), trials=a.trials, seed=a.seed)
+    clock, found = _evaluated(config, _mixed(config, a))
+    each, failed = clock.cpu / len(found), sum(e.failure is not None for e in found)
+    copies, length = task_of(config).n_targets * a.trials.repeats, a.trials.settle_time + a.trials.trial_time
+    return [
+        Row(
+            f"an evaluation, {copies} simulations of {length:g} s, of {len(found)} robots of all sizes",
+            f"{each:.3f} CPU s; {failed} diverged",
+            f"at most {EVALUATION:g} CPU s",
+            each <= EVALUATION and not failed,
+        ),
+        Row(
+            "share outside the kernel's compiled code",
+            f"{clock.outside:.1%}",
+            f"at most {OUTSIDE:.0%}",
+            clock.outside <= OUTSIDE,
+        ),
+        _inertia_row(a),
+    ]
 
 
-def _simulate(a: Arguments, robot: Robot, physics: Physics, *, copies: int = 1, n_threads: int = 1) -> Timed:
-    return simulate(
-        *robot,
-        physics=physics,
-        copies=copies,
-        n_threads=n_threads,
-        settle_time=a.settle_time,
-        trial_time=a.trial_time,
+def _inertia_row(a: Arguments) -> Row:
+    """Evaluate one robot at the real inertia."""
+    scaled = replaced(RunConfig(), trials=dataclasses.replace(a.trials, repeats=1), seed=a.seed)
+    body = Morphology(5, (1,) * a.sizes[len(a.sizes) // 2])
+    solution = dataclasses.replace(_mixed(scaled, a)[0], morphology=body)
+    real = replaced(scaled, physics=with_inertia(Physics(), 1.0))
+    cpu = [_evaluated(config, [solution])[0].cpu for config in (scaled, real)]
+    return Row(
+        f"price of the real inertia, {body.n_modules} modules",
+        f"{cpu[1] / cpu[0]:.1f} times the CPU time",
+        "",
     )
 
 
-def _body(rng: random.Random, level: int, n_modules: int) -> Morphology:
-    return Morphology(level, tuple(rng.randint(1, 8) for _ in range(n_modules)))
+def _run_rows(a: Arguments) -> list[Row]:
+    """Work out, or measure, what whole runs take."""
+    rows = []
+    for name in ("quick", "paper"):
+        config = replaced(preset(name), seed=a.seed)
+        scale = 1.0
+        if a.trials != TrialConfig():  # a shorter batch stands for a whole one
+            scale = config.trials.trial_time / a.trials.trial_time
+            config = replaced(config, trials=dataclasses.replace(a.trials, repeats=config.trials.repeats))
+        clock, found = _evaluated(config, _mixed(config, a))
+        cpu = config.evaluations * scale * clock.cpu / len(found)
+        if name == "quick":
+            seconds = cpu / CORES
+            rows.append(_quick_row(f"by {len(found)} robots", seconds))
+        else:
+            ours = f"{cpu / 3600:.1f} core hours, by {len(found)} robots"
+            rows.append(Row("a run of preset paper", ours, f"at most {PAPER:g}", cpu / 3600 <= PAPER))
+    if a.whole:
+        with tempfile.TemporaryDirectory() as folder, ProcessWorkers(CORES) as workers:
+            started = time.monotonic()
+            evolve(Path(folder) / "quick.tsmr", replaced(preset("quick"), seed=a.seed), workers=workers)
+            rows.append(_quick_row("wall time", time.monotonic() - started))
+    return rows
+
+
+def _quick_row(how: str, seconds: float) -> Row:
+    return Row(
+        f"a run of preset quick on {CORES} cores",
+        f"{seconds:.0f} s, {how}",
+        f"at most {QUICK:g} s",
+        seconds <= QUICK,
+    )
+
+
+def _replay_row(a: Arguments) -> Row:
+    """Compute whole replays."""
+    config = replaced(RunConfig(), trials=dataclasses.replace(a.trials, repeats=1), seed=a.seed)
+    n, times = a.sizes[-1], []
+    for k, solution in enumerate(_mixed(config, a)[: a.robots]):
+        faces = solution.morphology.faces
+        body = Morphology(solution.morphology.stiffness_level, tuple(np.resize(faces, n).tolist()))
+        evaluation = _unevaluated(config, dataclasses.replace(solution, number=k, morphology=body))
+        started = time.process_time()
+        Replay(config, evaluation).advance(config.trials.trial_time)
+        times.append(time.process_time() - started)
+    seconds = float(np.median(times))
+    return Row(
+        f"a whole replay of {config.trials.trial_time:g} s of {n} modules",
+        f"{1000 * seconds:.0f} ms",
+        f"at most {1000 * REPLAY:.0f} ms",
+        seconds <= REPLAY,
+    )
+
+
+def _unevaluated(config: RunConfig, solution: Solution) -> Evaluation:
+    """Return what a replay needs to know of a robot."""
+    nothing = np.zeros((task_of(config).n_targets, 1))
+    return Evaluation(
+        solution=solution, fitness=0.0, distances=nothing, trajectory=nothing, head_is_end=True, failure=None
+    )
+
+
+def _evaluated(config: RunConfig, solutions: Sequence[Solution]) -> tuple[Clock, list[Evaluation]]:
+    """Evaluate solutions on one thread, models and all."""
+    build_robot.cache_clear()
+    with timed() as clock:
+        found = [e for group in create_evaluator(config).evaluate(solutions) for e in group]
+    return clock, found
+
+
+def _mixed(config: RunConfig, a: Arguments) -> list[Solution]:
+    """Return robots of all sizes with networks that have grown a little."""
+    rng, neat, found = random.Random(a.seed), Neat(n_inputs=task_of(config).n_inputs), []
+    for k in range(a.batch):
+        controller = neat.random(rng)
+        for _ in range(N_MUTATIONS):
+            controller = neat.mutate(controller, rng)
+        body = random_morphology(rng, config.stiffness, rhythms=config.head_search == "rhythms")
+        found.append(Solution(number=k, morphology=body, controller=controller))
+    return found
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ Equal content gives equal bytes. Files may come from strangers, so all that is r
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import errno
 import io
@@ -12,9 +13,11 @@ import json
 import math
 import os
 import re
+import shutil
 import stat
 import struct
 import tomllib
+import uuid
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -38,6 +41,49 @@ def open_file(path: Path) -> BinaryIO:
     except BaseException:
         os.close(descriptor)
         raise
+
+
+def write_files(files: Mapping[Path, str | bytes]) -> None:
+    """Write files in one go: a full disk or an interruption leaves those that were there before as they were.
+
+    Args:
+        files: content by path, text as UTF-8; missing folders are made.
+
+    Raises:
+        OSError: one cannot be written; its ``filename`` is the path.
+    """
+    parts: dict[Path, Path] = {}
+    try:
+        for path, content in files.items():
+            data = content.encode() if isinstance(content, str) else content
+            try:
+                where = path.resolve()  # what a link leads to is replaced, not the link
+                if where.exists() and not where.is_file():
+                    where.write_bytes(data)  # a pipe or /dev/null stays what it is
+                    continue
+                parts[where] = part = where.with_name(f".{uuid.uuid4().hex}.part")
+                where.parent.mkdir(parents=True, exist_ok=True)
+                with open(part, "xb") as f:
+                    f.write(data)
+                    f.flush()
+                    os.fsync(f.fileno())
+                if where.exists():
+                    shutil.copymode(where, part)
+            except FileExistsError:  # of the folders above, not of the file
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)) from None
+            except OSError as e:
+                raise OSError(e.errno, e.strerror, str(path)) from None
+            except RuntimeError:  # how Python tells of links that lead to each other
+                raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path)) from None
+        for where, part in parts.items():
+            try:
+                part.replace(where)
+            except OSError as e:
+                raise OSError(e.errno, e.strerror, str(where)) from None
+    finally:
+        for part in parts.values():
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

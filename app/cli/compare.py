@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from engine.errors import ExportError, as_typed
+from engine.files import write_files
 
 if TYPE_CHECKING:  # statistics and figures take a while to import; other commands do not need them
     from engine.analysis.comparison import Comparison, TaskComparison
@@ -61,10 +62,15 @@ class Compare:
             console.print(f"tensatlas: note: {note}", markup=False)
         sections = report_sections(comparison)
         report = self.out / "report.html"
-        _write(report, render_page(comparison, sections))
-        for name, text in csv_files(comparison).items():
-            _write(self.out / name, text)
-        _write(self.out / "tables.md", markdown(comparison))
+        texts = {
+            "report.html": render_page(comparison, sections),
+            "tables.md": markdown(comparison),
+            **csv_files(comparison),
+        }
+        try:
+            write_files({self.out / name: text for name, text in texts.items()})
+        except OSError as e:
+            raise ExportError(f"{e.filename} cannot be written: {e.strerror}") from None
         if self.images != "none":
             figures = [f for s in sections for f in s.figures]
             folder = self.out / "figures"
@@ -82,13 +88,6 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as e:
         raise ExportError(f"{folder} cannot be used as the report's folder: {e.strerror}") from None
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as e:
-        raise ExportError(f"{path} cannot be written: {e.strerror}") from None
 
 
 def _print(comparison: Comparison) -> None:

@@ -6,7 +6,6 @@ import dataclasses
 import importlib.metadata
 import os
 import platform
-import re
 import shutil
 import sys
 import tempfile
@@ -15,10 +14,11 @@ from pathlib import Path
 from typing import Final
 
 import tyro
+from packaging.requirements import Requirement
 from rich.console import Console
 
 from engine.config import preset
-from engine.errors import TensAtlasError, printable
+from engine.errors import TensAtlasError, as_typed, printable
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled, kept_in
 from engine.simulation.provenance import instruction_sets, processor_facts, versions
 from engine.simulation.self_check import compare
@@ -28,7 +28,7 @@ from engine.storage.writer import RunWriter, is_being_written
 
 PROBLEMS: Final = 1
 """Exit status if a problem was found."""
-_CONSTRAINTS: Final = Path(__file__).resolve().parents[2] / "constraints.txt"
+_CONSTRAINTS: Final = Path(__file__).resolve().parents[1] / "constraints.txt"
 _FEATURES: Final = ("avx2", "fma", "avx512f")
 
 
@@ -79,25 +79,30 @@ def _python() -> Iterator[Finding]:
 
 def _packages() -> Iterator[Finding]:
     try:
-        wanted = [r for r in importlib.metadata.requires("tensatlas") or [] if "extra ==" not in r]
+        requirements = [Requirement(r) for r in importlib.metadata.requires("tensatlas") or []]
     except importlib.metadata.PackageNotFoundError:
         yield Finding("problem", "TensAtlas is not installed here", "make explore sets everything up")
         return
-    names = [m[0] for r in wanted if (m := re.match(r"[A-Za-z0-9._-]+", r))]
-    missing = [n for n in names if _version(n) is None]
-    if missing:
-        yield Finding("problem", f"missing: {', '.join(missing)}", "make explore installs what is needed")
+    wanted = [r for r in requirements if r.marker is None or r.marker.evaluate({"extra": ""})]
+    wrong = {}
+    for r in wanted:
+        version = _version(r.name)
+        if version is None:
+            wrong[r.name] = f"{r.name} is missing"
+        elif not r.specifier.contains(version, prereleases=True):
+            wrong[r.name] = f"{r.name} {version} is not {r.specifier}"
+    install = f"pip install -c {as_typed(_CONSTRAINTS)}"
+    if wrong:
+        yield Finding("problem", ", ".join(wrong.values()), f"{install} {' '.join(wrong)} mends that")
     else:
-        yield Finding("ok", f"all {len(names)} packages that it needs are installed")
-    try:
-        lines = _CONSTRAINTS.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return
+        yield Finding("ok", f"all {len(wanted)} packages that it needs are installed")
+    lines = _CONSTRAINTS.read_text(encoding="utf-8").splitlines()
     pins = dict(line.split("==") for line in lines if "==" in line and not line.startswith("#"))
-    others = [f"{n} {v} instead of {pin}" for n, pin in pins.items() if (v := _version(n)) not in (None, pin)]
-    if others:
-        remedy = f"pip install -c {_CONSTRAINTS} -e . gives the versions that the tests pass with"
-        yield Finding("note", f"other versions than tested: {', '.join(others)}", remedy)
+    found = {n: v for n, pin in pins.items() if (v := _version(n)) not in (None, pin)}
+    if found:
+        others = ", ".join(f"{n} {v} instead of {pins[n]}" for n, v in found.items())
+        remedy = f"{install} {' '.join(found)} gives the versions that the tests pass with"
+        yield Finding("note", f"other versions than tested: {others}", remedy)
     else:
         yield Finding("ok", "all of the versions that the tests pass with")
 

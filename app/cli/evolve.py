@@ -144,10 +144,8 @@ def _compute(
     try:
         compute_run(path, config, flags, console, given)
     except KeyboardInterrupt:
-        console.print(
-            f"Stopped. Everything finished is saved; continue with: {prefix}tensatlas resume {file}",
-            markup=False,
-        )
+        then = f"Everything finished is saved; continue with: {prefix}tensatlas resume {file}"
+        console.print(f"Stopped. {then if path.exists() else 'Nothing had begun.'}", markup=False)
         raise
     console.print(f"Finished: {file}. Look at it with: {prefix}tensatlas explore {file}", markup=False)
 

@@ -36,7 +36,7 @@ class _Serving:
 class Explore(_Serving):
     """Open the app in a browser: archives, live runs, replays.
 
-    Without RUN it offers every run in saved_archives/ and runs/.
+    Without RUN it offers every run in saved_archives/ and runs/; without saved_archives/ an example.
     """
 
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()

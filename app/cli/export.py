@@ -10,7 +10,7 @@ import tyro
 from rich.console import Console
 
 from engine.errors import ExportError, InvalidData, TensAtlasError, as_typed
-from engine.files import csv_text
+from engine.files import csv_text, write_files
 from engine.search.archive import cell_name, parse_cell
 from engine.storage.reader import RunReader
 
@@ -100,7 +100,7 @@ class Export:
         rows = [[p.archive, cell_name(p.cell), number, f"robot_{number}"] for p, number in elites.items()]
         index = self.out / INDEX
         try:
-            index.write_text(csv_text([["archive", "cell", "evaluation", "folder"], *rows]), encoding="utf-8")
+            write_files({index: csv_text([["archive", "cell", "evaluation", "folder"], *rows])})
         except OSError as e:
             raise ExportError(f"{index} cannot be written: {e.strerror or e}") from None
         if failed:

@@ -15,6 +15,7 @@ from rich.console import Console
 from app.cli.progress import counting
 from app.worker_flags import check_workers
 from engine.errors import ExportError, InvalidData, as_typed, printable
+from engine.files import write_files
 from engine.search.archive import parse_cell
 from engine.storage.reader import RunReader
 
@@ -63,7 +64,7 @@ class Record:
             number = reader.elite_at(self.archive, parse_cell(self.cell))
             content = self._recording(reader, number, console)
         try:
-            self.out.write_bytes(content)
+            write_files({self.out: content})
         except OSError as e:
             raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
         console.print(f"Wrote robot {number} to {as_typed(self.out)}", markup=False)

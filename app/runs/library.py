@@ -26,6 +26,9 @@ POLL_INTERVAL = 0.25
 ANSWER_TIME = 5.0
 """Seconds that a file may take to be found, opened or read."""
 PROJECT_ARCHIVES = Path(__file__).resolve().parents[2] / "saved_archives"
+"""The shipped runs of a checkout."""
+EXAMPLE = Path(__file__).resolve().parents[1] / "archive" / "example.tsmr"
+"""The one run of an installation."""
 NEW_RUNS = Path("runs")
 UPLOADS = NEW_RUNS / "uploads"
 """Where uploaded files lie."""
@@ -62,15 +65,25 @@ def run_state(path: Path, *, live: bool, complete: bool) -> State:
     return "paused" if path.with_name(path.name + PAUSED_SUFFIX).exists() else "stopped"
 
 
+def default_places() -> tuple[Path, ...]:
+    """Return the run files and folders to offer where none is named.
+
+    These are ``saved_archives/``, the checkout's and the current folder's, and ``runs/``; without the former
+    the example, so that there is something to see.
+    """
+    archives = dict.fromkeys(p.resolve() for p in (PROJECT_ARCHIVES, Path("saved_archives")) if p.is_dir())
+    return (*archives, NEW_RUNS) if archives else (NEW_RUNS, EXAMPLE)
+
+
 class Library:
     """Finds runs, keeps their readers, tells listeners when a watched run advances.
 
     Args:
-        places: run files and folders to offer; empty for the shipped archives and ``runs/``.
+        places: run files and folders to offer; empty for those of ``default_places``.
     """
 
     def __init__(self, places: Sequence[Path] = ()) -> None:
-        self._places = tuple(places) or (PROJECT_ARCHIVES, NEW_RUNS)
+        self._places = tuple(places) or default_places()
         self._limit = TimeLimit(ANSWER_TIME)
         self._seen: dict[Path, list[Path]] = {}
         """The runs that were in a place when it last answered."""

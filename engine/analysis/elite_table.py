@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.analysis.elite_maps import final_descriptor
 from engine.errors import ExportError, RunFileError
-from engine.files import compact_json, csv_text
+from engine.files import compact_json, csv_text, write_files
 from engine.search.archive import Cell, cell_name
 from engine.search.axes import Axis, body_axes, body_measure, cell_centre, cell_index, trajectory_axes
 from engine.search.descriptors import TrajectoryDescriptor, sensory_data
@@ -113,8 +113,7 @@ def write_table(table: Table, path: Path) -> None:
         case _:
             raise ExportError(f"{path}: a table's name ends in .csv or .parquet")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        write_files({path: content})
     except OSError as e:
         raise ExportError(f"{path} cannot be written: {e.strerror}") from None
 

@@ -8,10 +8,8 @@ IEEE Transactions on Evolutionary Computation 2023). Elites stay in their cells.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -20,7 +18,7 @@ import numpy as np
 
 from engine.analysis.elite_maps import EliteMap
 from engine.errors import UNEXPECTED_DATA, InvalidData, RunFileError
-from engine.files import open_file
+from engine.files import open_file, write_files
 from engine.storage.layouts.tables import score
 from engine.storage.reader import RunReader
 
@@ -247,13 +245,9 @@ def save_robust(robust: Robustness, path: Path) -> None:
             for n in robust.recorded
         },
     }
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
-        part.write_text(json.dumps(data, indent=1, allow_nan=False), encoding="utf-8")
-        part.replace(path)
+        write_files({path: json.dumps(data, indent=1, allow_nan=False)})
     except OSError as e:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
         raise RunFileError(f"{path} cannot be written: {e.strerror}") from None
 
 

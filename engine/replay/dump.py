@@ -8,13 +8,10 @@ there to the failure).
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import io
 import json
-import os
 import typing
-import uuid
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -27,7 +24,7 @@ from engine.body.morphology import Morphology
 from engine.config import RunConfig, physics_from_json
 from engine.control.genome import Controller
 from engine.errors import UNEXPECTED_DATA, DumpError, InvalidData
-from engine.files import open_file, read_zip, zip_bytes
+from engine.files import open_file, read_zip, write_files, zip_bytes
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.evaluation import FailedTrial, Solution, Stage
 from engine.simulation.model import RobotModel, build_robot, build_spec, with_walls, xml_with_state
@@ -129,18 +126,10 @@ def write_dump(dump: Dump, path: Path) -> None:
     Raises:
         DumpError: it cannot be written; the message has no path.
     """
-    part = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
-        with open(part, "xb") as f:
-            f.write(_pack(dump))
-            f.flush()
-            os.fsync(f.fileno())
-        part.replace(path)
+        write_files({path: _pack(dump)})
     except OSError as e:
         raise DumpError(e.strerror or type(e).__name__) from None
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def read_dump(path: Path) -> Dump:

@@ -16,7 +16,7 @@ from engine.runs.described import merged
 from engine.storage.schema import SUFFIX
 
 MAX_RUNS: Final = 10_000
-_TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "repetitions", "config", "variants")
+_TABLES: Final = ("preset", "tasks", "algorithms", "seeds", "repetitions", "first_seed", "config", "variants")
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,40}")
 
 
@@ -46,9 +46,10 @@ def plan(data: dict[str, Any]) -> list[PlannedRun]:
 
     Args:
         data: ``tasks`` and ``algorithms``, each a list, and ``seeds``, a list that every kind of run uses, or
-            ``repetitions``, how many runs of each kind there are, no two of the campaign with the same seed;
-            optionally ``preset``, and ``config`` with fields that all runs share. ``algorithms`` may also
-            name entries of ``variants``: tables of further fields, one of them ``algorithm``.
+            ``repetitions``, how many runs of each kind there are, no two of the campaign with the same seed,
+            from ``first_seed`` (1) on; optionally ``preset``, and ``config`` with fields that all runs share.
+            ``algorithms`` may also name entries of ``variants``: tables of further fields, one of them
+            ``algorithm``.
 
     Raises:
         InvalidData: a value is missing, unknown or does not fit the rest.
@@ -88,7 +89,12 @@ def _seeds(data: dict[str, Any], n_kinds: int) -> list[Sequence[int]]:
         n = data["repetitions"]
         if type(n) is not int or not 1 <= n <= MAX_RUNS:
             raise InvalidData(f"repetitions must be a whole number from 1 to {MAX_RUNS}, not {n!r}")
-        return [range(1 + k * n_kinds, 1 + (k + 1) * n_kinds) for k in range(n)]
+        first = data.get("first_seed", 1)
+        if type(first) is not int or first < 0:
+            raise InvalidData(f"first_seed must be a whole number of at least 0, not {first!r}")
+        return [range(first + k * n_kinds, first + (k + 1) * n_kinds) for k in range(n)]
+    if "first_seed" in data:
+        raise InvalidData("first_seed belongs to repetitions; seeds names every seed itself")
     seeds = data["seeds"]
     if not isinstance(seeds, list) or not seeds or not all(type(s) is int for s in seeds):
         raise InvalidData("seeds must be a list of whole numbers, such as [1, 2, 3]")

@@ -6,8 +6,10 @@ where, when and in which group it is computed.
 
 from __future__ import annotations
 
+import concurrent.futures
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final, Literal, Self
 
@@ -23,8 +25,10 @@ from engine.simulation.trials import StartedTrials, TrialConfig, rounded, start_
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
-CHUNK: Final = 8
-"""Solutions simulated together; evaluations are yielded chunk by chunk."""
+MOST_TOGETHER: Final = 8
+"""Most solutions simulated together: lanes of the widest vectors."""
+GROUPS_PER_WORKER: Final = 3
+"""Groups of solutions per worker, at least: with few, workers wait for the last."""
 
 
 Stage = Literal["settling", "head-search", "trial"]
@@ -127,6 +131,35 @@ FailureKeeper = Callable[[FailedTrial], str]
 """Stores a failure; returns a note for the evaluation's ``failure``, such as the name of the file."""
 
 
+def in_groups(solutions: Sequence[Solution], most: int) -> list[list[Solution]]:
+    """Return solutions in groups of at most ``most``, of robots with equally many modules, the largest first.
+
+    What takes longest is then begun first, so that no worker is left with it at the end.
+    """
+    groups = []
+    by_size = sorted(solutions, key=lambda s: -s.morphology.n_modules)
+    for _, equal in itertools.groupby(by_size, key=lambda s: s.morphology.n_modules):
+        of_size = list(equal)
+        n = math.ceil(len(of_size) / most)
+        groups += [of_size[k * len(of_size) // n : (k + 1) * len(of_size) // n] for k in range(n)]
+    return groups
+
+
+def most_together(n_solutions: int, n_workers: int, physics: Physics) -> int:
+    """Return how many solutions to simulate together.
+
+    The kernel simulates several robots of one size in little more time than one; MuJoCo does not.
+
+    Args:
+        n_solutions: how many there are.
+        n_workers: how many groups are simulated at once.
+        physics: how they are simulated.
+    """
+    if physics.simulator != "kernel":
+        return 1
+    return max(1, min(MOST_TOGETHER, n_solutions // (GROUPS_PER_WORKER * max(1, n_workers))))
+
+
 class LocalEvaluator:
     """Evaluates solutions on the threads of this machine.
 
@@ -135,7 +168,7 @@ class LocalEvaluator:
         physics: how they are simulated.
         trials: how long and how often.
         run_seed: first part of every simulation's seed.
-        n_threads: threads inside MuJoCo.
+        n_threads: threads that simulate.
         keep_failure: called once for every evaluation in which a simulation failed, in the order of the
             evaluations; by default failures are not kept.
         observer: sees the trials of every group of robots, not how they settle.
@@ -162,12 +195,25 @@ class LocalEvaluator:
 
     def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
         """Yield evaluations in groups of robots with equally many modules."""
-        by_size = sorted(solutions, key=lambda s: s.morphology.n_modules)
-        for _, group in itertools.groupby(by_size, key=lambda s: s.morphology.n_modules):
-            while chunk := list(itertools.islice(group, CHUNK)):
-                yield self._evaluate_chunk(chunk)
+        # Python's own part of a simulation keeps other threads waiting, and a user's task may not expect them
+        if self._n_threads == 1 or self._physics.simulator != "kernel" or self._task.file or self._observer:
+            for group in in_groups(solutions, MOST_TOGETHER):
+                yield self._summary(group, *self._simulated(group, self._n_threads))
+            return
+        groups = in_groups(solutions, most_together(len(solutions), self._n_threads, self._physics))
+        inside = self._n_threads // min(self._n_threads, max(1, len(groups)))
+        pool = concurrent.futures.ThreadPoolExecutor(self._n_threads)
+        try:
+            done = pool.map(lambda group: self._simulated(group, inside), groups)
+            for group, outcome in zip(groups, done, strict=True):
+                yield self._summary(group, *outcome)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
-    def _evaluate_chunk(self, solutions: Sequence[Solution]) -> list[Evaluation]:
+    def _simulated(
+        self, solutions: Sequence[Solution], n_threads: int
+    ) -> tuple[StartedTrials, list[TrialResults]]:
+        """Simulate solutions of one size."""
         n_modules = solutions[0].morphology.n_modules
         started = start_trials(
             [s.morphology for s in solutions],
@@ -178,9 +224,14 @@ class LocalEvaluator:
             task=self._task,
             physics=self._physics,
             times=self._trials,
-            n_threads=self._n_threads,
+            n_threads=n_threads,
         )
-        results = started.loop.run(self._trials.trial_time, self._observer)
+        return started, started.loop.run(self._trials.trial_time, self._observer)
+
+    def _summary(
+        self, solutions: Sequence[Solution], started: StartedTrials, results: Sequence[TrialResults]
+    ) -> list[Evaluation]:
+        """Return the evaluations of simulated solutions, and keep their failures."""
         evaluations = []
         for k, (solution, result) in enumerate(zip(solutions, results, strict=True)):
             failed = self._first_failure(solution, result, started, k)

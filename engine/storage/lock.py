@@ -137,13 +137,19 @@ class RunLock:
                 lock = _open(path)
                 _wait(path, lock)
             _refuse_another_machine(path, lock)
-            text = _own_text()
-            os.ftruncate(lock, 0)
-            os.pwrite(lock, text, 0)
         except BaseException:
             os.close(lock)
             raise
-        return cls(path, lock, text)
+        try:
+            text = _own_text()
+            os.ftruncate(lock, 0)
+            os.pwrite(lock, text, 0)
+            return cls(path, lock, text)
+        except BaseException:  # an empty file, where there is no room for a text, would be there for ever
+            with contextlib.suppress(OSError):
+                lock_path(path).unlink()
+            os.close(lock)
+            raise
 
     def check(self) -> None:
         """Make sure, before writing, that no other process has taken over the lock.

@@ -81,7 +81,6 @@ class RunWriter:
             path.parent.mkdir(parents=True, exist_ok=True)
             lock = RunLock.acquire(path)
             if path.exists():
-                lock.release()
                 raise RunFileError(
                     f"{path} exists; continue it with 'tensatlas resume {as_typed(path)}' or choose another"
                     " name"
@@ -105,12 +104,14 @@ class RunWriter:
             part.replace(path)
             sync_folder(path)
             return cls(path, _connect_for_writing(path), lock)
-        except (OSError, sqlite3.Error) as e:
-            with contextlib.suppress(OSError):
-                path.with_name(path.name + ".part").unlink(missing_ok=True)
+        except BaseException as e:  # Ctrl-C too must leave nothing behind
             if lock is not None:
+                with contextlib.suppress(OSError):
+                    path.with_name(path.name + ".part").unlink(missing_ok=True)
                 lock.release()
-            raise unwritable(path, e) from e
+            if isinstance(e, (OSError, sqlite3.Error)):
+                raise unwritable(path, e) from e
+            raise
 
     @classmethod
     def open(cls, path: Path) -> Self:
@@ -127,12 +128,14 @@ class RunWriter:
             placed = {(archive, cell): n for _, archive, cell, n in writer._tables.changes(-1)}
             writer._placed = {k: n for k, n in placed.items() if n is not None}
             return writer
-        except (OSError, sqlite3.Error, InvalidData) as e:
+        except BaseException as e:
             if lock is not None:
                 lock.release()
-            if isinstance(e, InvalidData):
+            if isinstance(e, (InvalidData, *UNEXPECTED_DATA)):
                 raise DamagedRunFile(path, f"is damaged: {e}") from None
-            raise unwritable(path, e) from e
+            if isinstance(e, (OSError, sqlite3.Error)):
+                raise unwritable(path, e) from e
+            raise
 
     def __enter__(self) -> Self:
         return self

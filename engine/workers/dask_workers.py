@@ -13,7 +13,7 @@ import itertools
 import time
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final, Self
 
 from engine.errors import ClusterError
@@ -42,7 +42,7 @@ EXTRA: Final = "a cluster needs the package distributed: pip install 'tensatlas[
 class _Flight:
     """A job that a worker has."""
 
-    solution: Solution
+    solutions: Sequence[Solution]
     worker: str
     future: Any
 
@@ -72,7 +72,7 @@ class DaskWorkers:
         self._where = where
         self._check_package("the Dask scheduler", self._client.run_on_scheduler)
         self._finished = distributed.as_completed(with_results=False, loop=self._client.loop)
-        self._queue: deque[tuple[World, Solution]] = deque()
+        self._queue: deque[tuple[World, Sequence[Solution]]] = deque()
         self._flying: dict[str, _Flight] = {}
         self._threads: dict[str, int] = {}
         self._counted_at = -REFRESH
@@ -94,11 +94,11 @@ class DaskWorkers:
         if self._cluster is not None:
             self._cluster.close()
 
-    def submit(self, world: World, solution: Solution) -> None:
-        """Submit a solution; jobs are begun in the order of submission."""
-        self._queue.append((world, solution))
+    def submit(self, world: World, solutions: Sequence[Solution]) -> None:
+        """Submit a job of some solutions; jobs are begun in the order of submission."""
+        self._queue.append((world, solutions))
 
-    def wait(self) -> list[tuple[Solution, Result | Died]]:
+    def wait(self) -> list[tuple[Sequence[Solution], list[Result] | Died]]:
         """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
@@ -114,7 +114,7 @@ class DaskWorkers:
                     return found
                 time.sleep(_POLL)
 
-    def _lost(self) -> list[tuple[Solution, Result | Died]]:
+    def _lost(self) -> list[tuple[Sequence[Solution], list[Result] | Died]]:
         """Check from time to time which workers are left; return the jobs of lost ones."""
         now = time.monotonic()
         if now - self._counted_at < REFRESH:
@@ -132,7 +132,7 @@ class DaskWorkers:
         for key, flight in gone.items():
             del self._flying[key]
             flight.future.cancel()
-        return [(flight.solution, LOST) for flight in gone.values()]
+        return [(flight.solutions, LOST) for flight in gone.values()]
 
     def _check_package(self, who: str, run: Callable[..., Any]) -> None:
         """Make sure that a process of the cluster would import our packages; it would end without a word.
@@ -163,24 +163,24 @@ class DaskWorkers:
             free[flight.worker] = free.get(flight.worker, 0) - 1
         for worker, n in free.items():
             for _ in range(min(n, len(self._queue))):
-                world, solution = self._queue.popleft()
+                world, solutions = self._queue.popleft()
                 key = f"tensatlas-{self._session}-{next(self._count)}"
-                future = self._client.submit(compute, world, solution, key=key, pure=False, workers=[worker])
-                self._flying[key] = _Flight(solution, worker, future)
+                future = self._client.submit(compute, world, solutions, key=key, pure=False, workers=[worker])
+                self._flying[key] = _Flight(solutions, worker, future)
                 self._finished.add(future)
 
-    def _outcome(self, future: Any) -> tuple[Solution, Result | Died] | None:
+    def _outcome(self, future: Any) -> tuple[Sequence[Solution], list[Result] | Died] | None:
         flight = self._flying.pop(future.key, None)
         if flight is None:  # given up since
             return None
         try:
-            return flight.solution, self._fetch(flight)
+            return flight.solutions, self._fetch(flight)
         except (self._dask.KilledWorker, TimeoutError):
-            return flight.solution, LOST
+            return flight.solutions, LOST
         finally:
             future.release()
 
-    def _fetch(self, flight: _Flight) -> Result:
+    def _fetch(self, flight: _Flight) -> list[Result]:
         """Fetch a result; until then it lies on its worker, and may be lost with it.
 
         Raises:

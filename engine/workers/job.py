@@ -1,4 +1,4 @@
-"""What a worker receives, a solution with all that decides its evaluation, and what it returns.
+"""What a worker receives, solutions with all that decides their evaluation, and what it returns.
 
 A job is small and pure: whichever worker computes it, and however often, the outcome is the same.
 """
@@ -10,6 +10,7 @@ import hashlib
 import platform
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -39,12 +40,12 @@ class World:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Result:
-    """The result of a job.
+    """What a job found of one of its solutions.
 
     Attributes:
-        evaluation: of its solution.
+        evaluation: of the solution.
         failed: its first simulation that failed, or None.
-        origin: what computed it, in how many CPU seconds.
+        origin: what computed it, and its share of the job's CPU seconds.
     """
 
     evaluation: Evaluation
@@ -75,8 +76,8 @@ def source_version(source: bytes) -> str:
     return f"sha256:{hashlib.sha256(source).hexdigest()[:16]}"
 
 
-def compute(world: World, solution: Solution) -> Result:
-    """Evaluate a solution on one thread of this process.
+def compute(world: World, solutions: Sequence[Solution]) -> list[Result]:
+    """Evaluate solutions on one thread of this process.
 
     Raises:
         ClusterError: this process has a version of TensAtlas that models robots differently.
@@ -89,10 +90,10 @@ def compute(world: World, solution: Solution) -> Result:
             " the same there"
         )
     _load(world)
-    failures: list[FailedTrial] = []
+    failures: dict[int, FailedTrial] = {}
 
     def keep(failed: FailedTrial) -> str:
-        failures.append(failed)
+        failures[failed.solution.number] = failed
         return ""  # the process that submitted the job stores it
 
     config = world.config
@@ -103,12 +104,9 @@ def compute(world: World, solution: Solution) -> Result:
         run_seed=config.seed,
         keep_failure=keep,
     )
-    ((evaluation,),) = evaluator.evaluate([solution])
-    return Result(
-        evaluation=evaluation,
-        failed=failures[0] if failures else None,
-        origin=Origin(this_computer(), time.process_time() - started),
-    )
+    evaluations = [e for group in evaluator.evaluate(solutions) for e in group]
+    origin = Origin(this_computer(), (time.process_time() - started) / len(evaluations))
+    return [Result(e, failures.get(e.solution.number), origin) for e in evaluations]
 
 
 def unfinished(config: RunConfig, solution: Solution, reason: str) -> Evaluation:

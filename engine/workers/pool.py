@@ -6,12 +6,12 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Final, Protocol
 
-from engine.simulation.evaluation import Evaluation, FailureKeeper, Solution
+from engine.simulation.evaluation import Evaluation, FailureKeeper, Solution, in_groups, most_together
 from engine.simulation.provenance import Origin
 from engine.workers.job import Result, World, unfinished
 
 MAX_DEATHS: Final = 2
-"""A job whose worker has died this often is not tried again."""
+"""A solution that its worker has died of this often, alone with it, is not tried again."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -33,11 +33,11 @@ class Workers(Protocol):
         """Number of workers now."""
         ...
 
-    def submit(self, world: World, solution: Solution) -> None:
-        """Submit a solution; jobs are begun in the order of submission."""
+    def submit(self, world: World, solutions: Sequence[Solution]) -> None:
+        """Submit a job of some solutions; jobs are begun in the order of submission."""
         ...
 
-    def wait(self) -> list[tuple[Solution, Result | Died]]:
+    def wait(self) -> list[tuple[Sequence[Solution], list[Result] | Died]]:
         """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
@@ -48,7 +48,7 @@ class Workers(Protocol):
 
 
 class PoolQueue:
-    """Evaluates solutions one by one on workers; lost ones are repeated.
+    """Evaluates solutions on workers; those of lost jobs are evaluated again, each by itself.
 
     Args:
         workers: compute the jobs; they stay open.
@@ -72,19 +72,23 @@ class PoolQueue:
 
     def submit(self, solutions: Sequence[Solution]) -> None:
         """Have solutions evaluated after those submitted before."""
-        # the longest jobs first, so that no worker is left with one at the end
-        for solution in sorted(solutions, key=lambda s: -s.morphology.n_modules):
-            self._workers.submit(self._world, solution)
-            self._n_open += 1
+        physics = self._world.config.physics
+        for group in in_groups(solutions, most_together(len(solutions), self._workers.n_workers, physics)):
+            self._workers.submit(self._world, group)
+            self._n_open += len(group)
 
     def collect(self) -> list[Evaluation]:
         """Return evaluations that are finished, at least one; none only if none is under way."""
         found: list[Evaluation] = []
         while self._n_open and not found:
-            for solution, outcome in self._workers.wait():
-                if isinstance(outcome, Result):
-                    found.append(self._kept(outcome))
-                elif (evaluation := self._repeat(solution, outcome)) is not None:
+            for solutions, outcome in self._workers.wait():
+                if not isinstance(outcome, Died):
+                    found += [self._kept(result) for result in outcome]
+                elif len(solutions) > 1:
+                    # which of them it was comes out when each has a worker to itself
+                    for solution in solutions:
+                        self._workers.submit(self._world, [solution])
+                elif (evaluation := self._repeat(solutions[0], outcome)) is not None:
                     found.append(evaluation)
         self._n_open -= len(found)
         return found
@@ -94,10 +98,10 @@ class PoolQueue:
         return self._origins.pop(number, None)
 
     def _repeat(self, solution: Solution, death: Died) -> Evaluation | None:
-        """Submit a lost job again; if too many workers have died of it, return a failed evaluation."""
+        """Submit a lost solution again; if too many workers have died of it, return a failed evaluation."""
         deaths = self._deaths[solution.number] = self._deaths.get(solution.number, 0) + 1
         if deaths < MAX_DEATHS:
-            self._workers.submit(self._world, solution)
+            self._workers.submit(self._world, [solution])
             return None
         return unfinished(self._world.config, solution, f"its worker died each time: {death.reason}")
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from multiprocessing import Pipe
 from multiprocessing.connection import wait
 from typing import Final, Self
@@ -45,7 +45,7 @@ class ProcessWorkers:
         if not 1.0 <= timeout <= threading.TIMEOUT_MAX:
             raise InvalidData(f"timeout must be at least 1 s, not {timeout:g}")
         self._timeout = timeout
-        self._queue: deque[tuple[World, Solution]] = deque()
+        self._queue: deque[tuple[World, Sequence[Solution]]] = deque()
         self._n_workers = n_workers
         self._workers: list[_Worker] = []
         self._failed_starts = 0
@@ -74,13 +74,13 @@ class ProcessWorkers:
         self._workers = []
         self._queue.clear()
 
-    def submit(self, world: World, solution: Solution) -> None:
-        """Submit a solution; jobs are begun in the order of submission."""
+    def submit(self, world: World, solutions: Sequence[Solution]) -> None:
+        """Submit a job of some solutions; jobs are begun in the order of submission."""
         self.start()
-        self._queue.append((world, solution))
+        self._queue.append((world, solutions))
         self._begin()
 
-    def wait(self) -> list[tuple[Solution, Result | Died]]:
+    def wait(self) -> list[tuple[Sequence[Solution], list[Result] | Died]]:
         """Return the jobs finished since the last call; wait for at least one.
 
         Raises:
@@ -88,7 +88,7 @@ class ProcessWorkers:
             TensAtlasError: a job fails by an error that the user can mend.
         """
         busy = {w.connection: w for w in self._workers if w.job is not None}
-        found: list[tuple[Solution, Result | Died]] = []
+        found: list[tuple[Sequence[Solution], list[Result] | Died]] = []
         for connection in wait(list(busy)):
             worker = busy[connection]  # type: ignore[index]  # these are the connections put in
             assert worker.job is not None
@@ -105,7 +105,7 @@ class ProcessWorkers:
                 if self._failed_starts >= MAX_FAILED_STARTS * self._n_workers:
                     raise ClusterError(f"worker processes end before they can work (status {outcome.code})")
             else:
-                assert isinstance(outcome, Result | Died)
+                assert isinstance(outcome, list | Died)
                 if isinstance(outcome, Died):
                     self._replace(worker)
                 found.append((job[1], outcome))
@@ -142,21 +142,21 @@ class _Worker:
                 stdin=subprocess.DEVNULL,
                 pass_fds=[other.fileno()],
             )
-        self.job: tuple[World, Solution] | None = None
+        self.job: tuple[World, Sequence[Solution]] | None = None
         self._ready = False
         with contextlib.suppress(OSError):
             self.connection.send(sys.path)
 
-    def give(self, world: World, solution: Solution) -> None:
+    def give(self, world: World, solutions: Sequence[Solution]) -> None:
         """Give it a job."""
-        self.job = world, solution
+        self.job = world, solutions
         with contextlib.suppress(OSError):  # if it has died, that is found out by ``take``
-            self.connection.send((world, solution))
+            self.connection.send((world, solutions))
 
-    def take(self) -> Result | Died | Unstarted | Exception | str:
+    def take(self) -> list[Result] | Died | Unstarted | Exception | str:
         """Return the outcome of its job, or ``READY`` if the process has only reported that it is."""
         try:
-            outcome: Result | Exception | str = self.connection.recv()
+            outcome: list[Result] | Exception | str = self.connection.recv()
         except (EOFError, OSError):
             code = self.process.wait()
             if not self._ready:

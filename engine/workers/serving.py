@@ -43,7 +43,7 @@ def serve(connection: Connection, timeout: float, parent: int) -> None:
             job: Any = connection.recv()
             # ends the process even while it is inside MuJoCo, or in a task's endless loop
             faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
-            outcome: Result | Exception
+            outcome: list[Result] | Exception
             try:
                 outcome = compute(*job)
             except TensAtlasError as e:

@@ -2,42 +2,54 @@
 
 from __future__ import annotations
 
-import random
 from pathlib import Path
 
-import numpy as np
 import pytest
 import tyro
 
 from benchmarks import agreement, attack, explorer, free_energy, simulation
-from benchmarks.timing import machine, simulate, timed
+from benchmarks.timing import machine, timed
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
-from engine.simulation.physics import Physics, with_inertia
+from engine.simulation.evaluation import Solution
+from engine.storage.layouts.plain import to_row
+from engine.workers.evaluator import create_evaluator
+from tests.support.made_up import TINY, some_controller
 
 
-def test_simulation(capsys: pytest.CaptureFixture[str]) -> None:
-    line = "--quick --batch 2 --sizes 2 --settle-time 0.2 --trial-time 1".split()
+def test_simulation(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    trials = "--trials.settle-time 0.2 --trials.open-loop-time 0.2 --trials.trial-time 1"
+    line = f"--sizes 2 --robots 1 --seconds 0.2 --batch 3 {trials}".split()
     status = simulation.main(tyro.cli(simulation.Arguments, args=line))
     out = capsys.readouterr().out
     assert out.startswith(machine())
-    assert f"inertia_scale 1, time step {1000 * with_inertia(Physics(), 1.0).timestep:g} ms" in out
-    assert "mixed batch of 2 robots, 8 simulations each" in out
-    assert status == int("every goal reached" not in out)
-    assert "diverged:" in out
+    for figure in (
+        "2 modules, squeezed",
+        "operations of 2 modules that crawl: cables ",
+        "an evaluation, 8 simulations of 1.2 s, of 3 robots",
+        "share outside the kernel's compiled code",
+        "price of the real inertia, 2 modules",
+        "a run of preset quick on 2 cores",
+        "a run of preset paper",
+        "a whole replay of 1 s of 2 modules",
+    ):
+        assert figure in out
+    assert "0 diverged" in out
+    assert status == int("every figure is met" not in out)
 
 
 def test_timing_changes_nothing_and_adds_up() -> None:
-    body, controller = Morphology(5, (1, 2)), Neat(n_inputs=2).random(random.Random(0))
-    run = simulate(body, controller, physics=Physics(), copies=2, settle_time=0.2, trial_time=1.0)
+    evaluator = create_evaluator(TINY)
+    solution = Solution(number=0, morphology=Morphology(5, (1, 2)), controller=some_controller())
+    ((expected,),) = evaluator.evaluate([solution])
     with timed() as clock:
-        again = simulate(body, controller, physics=Physics(), settle_time=0.2, trial_time=1.0)
-    assert 0.0 < again.clock.stepping < again.clock.cpu <= clock.cpu
-    assert 0.0 < run.clock.outside < 1.0
-    assert run.n_steps == round(1.2 / Physics().timestep)
-    assert np.array_equal(run.trajectory, again.trajectory)
-    assert run.path >= run.net > 0.0
-    assert not run.failed
+        ((found,),) = evaluator.evaluate([solution])
+    assert to_row(0, found) == to_row(0, expected)
+    assert 0.0 < clock.inside < clock.cpu
+    assert 0.0 < clock.outside < 1.0
+    before = clock.inside
+    list(evaluator.evaluate([solution]))
+    assert clock.inside == before
 
 
 def test_free_energy(small_run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -95,6 +95,16 @@ def test_mjcf_compiles_to_the_simulated_robot_bit_for_bit(reader, evaluation, mo
     assert compared > 300
 
 
+def test_a_copy_that_mujoco_saves_has_fewer_digits_and_the_readme_says_so(files, model, tmp_path):
+    ours, copy = tmp_path / "robot.xml", tmp_path / "copy.xml"
+    ours.write_bytes(files["robot.xml"])
+    mujoco.mj_saveLastXML(str(copy), mujoco.MjModel.from_xml_path(str(ours)))
+    theirs = mujoco.MjModel.from_xml_path(str(copy))
+    assert not np.array_equal(theirs.key_qpos, model.key_qpos)
+    assert theirs.key_qpos == pytest.approx(model.key_qpos, abs=1e-4)
+    assert "six digits" in " ".join(files["README.md"].decode().split())
+
+
 def test_the_keyframe_is_where_the_dropped_robot_settles(reader, model):
     data = mujoco.MjData(model)
     data.ctrl[:] = 1.0

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.files import csv_text, open_file
+from engine.files import csv_text, open_file, write_files
 
 STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -74,3 +75,62 @@ def test_a_pipe_is_no_file(tmp_path: Path) -> None:
     pipe.write_bytes(b"abc")
     with open_file(pipe) as f:
         assert f.read() == b"abc"
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+def test_files_are_written_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    old, new = tmp_path / "old.csv", tmp_path / "folder" / "new.csv"
+    old.write_text("before")
+    synced = []
+
+    def sync(_: int) -> None:
+        synced.append(True)
+        if len(synced) == 2:  # the first file is written then, under its other name
+            raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", sync)
+        with pytest.raises(type(error)) as caught:
+            write_files({old: "after", new: b"after"})
+    if isinstance(caught.value, OSError):
+        assert (caught.value.filename, caught.value.strerror) == (str(new), "No space left on device")
+    assert old.read_text() == "before"
+    assert [p for p in tmp_path.rglob("*") if p.is_file()] == [old]
+    write_files({old: "ä", new: b"after"})
+    assert (old.read_bytes(), new.read_bytes()) == ("ä".encode(), b"after")
+
+
+def test_a_file_that_is_written_anew_stays_where_and_what_it_was(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    real, link = tmp_path / "there" / "real.csv", tmp_path / "link.csv"
+    real.write_text("before")
+    real.chmod(0o640)
+    link.symlink_to(real)
+    write_files({link: "after"})
+    assert link.is_symlink()
+    assert (real.read_text(), real.stat().st_mode & 0o777) == ("after", 0o640)
+    for a, b in (("a", "b"), ("b", "a")):
+        (tmp_path / a).symlink_to(tmp_path / b)
+    with pytest.raises(OSError, match="symbolic links"):
+        write_files({tmp_path / "a": "x"})
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path: Path) -> None:
+    pipe, folder = tmp_path / "pipe", tmp_path / "folder"
+    os.mkfifo(pipe)
+    folder.mkdir()
+    reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write_files({pipe: "content"})
+        assert os.read(reading, 20) == b"content"
+    finally:
+        os.close(reading)
+    assert pipe.is_fifo()
+    with pytest.raises(NotADirectoryError, match="Not a directory"):
+        write_files({pipe / "new": "x"})
+    with pytest.raises(IsADirectoryError) as caught:
+        write_files({tmp_path / "new": "x", folder: "x"})
+    assert caught.value.filename == str(folder)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["folder", "pipe"]

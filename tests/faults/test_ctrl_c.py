@@ -1,5 +1,6 @@
 """Ctrl-C at moments when nothing of the project runs yet: no traceback, and the status of an interruption."""
 
+import io
 import os
 import signal
 import subprocess
@@ -7,7 +8,10 @@ from pathlib import Path
 
 import psutil
 import pytest
+from rich.console import Console
 
+from app.cli import evolve
+from app.worker_flags import WorkerFlags
 from engine.children import command_line
 from tests.support.faulty import ENVIRONMENT, SHORT, wait_until
 
@@ -23,6 +27,23 @@ def imports_numpy(process):
 def has_workers(process):
     """Tell whether a process has started another one, which imports for a while now."""
     return bool(psutil.Process(process.pid).children())
+
+
+@pytest.mark.parametrize(
+    ("is_there", "said"), [(False, "Stopped. Nothing had begun."), (True, "continue with")]
+)
+def test_only_a_run_that_is_there_is_to_be_continued(tmp_path, monkeypatch, is_there, said):
+    path, console = tmp_path / "run.tsmr", Console(file=io.StringIO(), width=200)
+    if is_there:
+        path.touch()
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(evolve, "compute_run", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        evolve._compute(path, None, WorkerFlags(), console, prefix="")
+    assert said in console.file.getvalue()
 
 
 @pytest.mark.parametrize("is_time", [imports_numpy, has_workers])

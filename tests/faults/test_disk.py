@@ -1,11 +1,15 @@
 """A disk that fills up while a run is written: one line, nothing lost, and on it goes when there is room."""
 
+import contextlib
+import re
 import subprocess
 
 import pytest
 
+from engine.errors import ExportError
+from engine.export import write_folder
 from engine.storage.reader import RunReader
-from tests.support.faulty import python
+from tests.support.faulty import line_of, python, tensatlas
 from tests.support.run_hash import hash_of
 
 EVOLVE = """
@@ -52,13 +56,37 @@ def test_a_disk_fills_up(small_disk, made_up):
     assert hash_of(path) == hash_of(made_up)
 
 
-def test_a_disk_is_full_from_the_start(small_disk):
-    (small_disk / "full").write_bytes(bytes(400 * 1024 - 8192))
+@pytest.mark.parametrize("n_free", [8192, 0])
+def test_a_disk_is_full_from_the_start(small_disk, n_free):
+    (small_disk / "full").write_bytes(bytes(400 * 1024 - n_free))
     path = small_disk / "run.tsmr"
     said = python(EVOLVE, path).stdout
     assert said.startswith(f"{path} cannot be written: ")
     assert "make room there" in said
     assert sorted(p.name for p in small_disk.iterdir()) == ["full"]
+
+
+def test_what_was_there_before_survives_a_full_disk_and_nothing_half_written_is_left(small_disk, made_up):
+    table, report = small_disk / "table.csv", small_disk / "report" / "report.html"
+    report.parent.mkdir()
+    for path in (table, report):
+        path.write_text("from before")
+    with (small_disk / "full").open("wb", buffering=0) as f, contextlib.suppress(OSError):
+        while True:
+            f.write(bytes(4096))
+    before = sorted(small_disk.rglob("*"))
+    for command in (
+        ("table", made_up, "--out", table),
+        ("compare", made_up, "--out", report.parent, "--images", "none"),
+        ("slim", made_up, "--out", small_disk / "slim.tsmr"),
+    ):
+        done = tensatlas(*command)
+        assert done.returncode == 2
+        assert re.search("cannot be written: .*(No space left|full)", line_of(done))
+    with pytest.raises(ExportError, match="cannot be written: No space left on device"):
+        write_folder({"a/robot.xml": bytes(9000), "b": b"x"}, small_disk / "robot")
+    assert (table.read_text(), report.read_text()) == ("from before", "from before")
+    assert sorted(small_disk.rglob("*")) == before
 
 
 def test_a_file_reaches_its_largest_size(tmp_path, made_up):

@@ -13,6 +13,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
@@ -38,11 +39,23 @@ def write_images(
     Raises:
         ExportError: there is no Chromium that could draw them, or it fails or hangs.
     """
-    paths = [folder / f"{f.name}.{kind}" for f in figures]
+    try:
+        # files of an earlier report stay until these are whole
+        with tempfile.TemporaryDirectory(prefix=".drawing-", dir=folder) as place:
+            drawn = [Path(place).absolute() / f"{f.name}.{kind}" for f in figures]
+            _draw_elsewhere(figures, drawn, kind, patience)
+            return [path.replace(folder / path.name) for path in drawn]
+    except OSError as e:
+        raise ExportError(f"figures cannot be written to {folder}: {e.strerror or e}") from None
+
+
+def _draw_elsewhere(
+    figures: Sequence[ReportFigure], paths: Sequence[Path], kind: ImageFormat, patience: float
+) -> None:
     job = json.dumps(
         {
             "figures": [f.figure.to_json() for f in figures],
-            "paths": [str(p.absolute()) for p in paths],
+            "paths": [str(p) for p in paths],
             "scale": _PIXELS[kind],
         }
     )
@@ -56,7 +69,7 @@ def write_images(
             why = f"it did not answer within {limit:.0f} s"
             raise ExportError(f"Chromium could not draw the figures as files: {why}") from None
         if status == 0:
-            return paths
+            return
         why = (error.strip().splitlines() or ["it failed"])[-1]
         break
     raise ExportError(

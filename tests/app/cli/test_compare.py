@@ -68,8 +68,12 @@ def test_a_chromium_that_hangs_costs_patience_and_not_the_report(
     browser.chmod(0o755)
     monkeypatch.setenv("BROWSER_PATH", str(browser))
     figure = ReportFigure("a", "", go.Figure(layout={"width": 100, "height": 100}))
+    figures = tmp_path / "figures"
+    figures.mkdir()
+    (figures / "a.svg").write_text("from before")
     with pytest.raises(ExportError, match="did not answer within 10 s"):
-        write_images([figure], tmp_path, "svg", patience=4.0)
+        write_images([figure], figures, "svg", patience=4.0)
+    assert [(p.name, p.read_text()) for p in figures.iterdir()] == [("a.svg", "from before")]
     pids = (tmp_path / "pids").read_text().split()
     assert pids
     for _ in range(100):

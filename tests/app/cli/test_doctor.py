@@ -2,9 +2,12 @@
 
 import shutil
 import socket
+from pathlib import Path
 
 import pytest
 
+import app
+from app.cli import doctor
 from engine.storage.lock import lock_path
 from tests.support.run_formats import change
 
@@ -38,6 +41,26 @@ def test_an_installation_and_a_run(tensatlas, small_run, tmp_path):
     ):
         assert what in text, what
     assert [p.name for p in tmp_path.iterdir()] == ["run.tsmr"]
+
+
+@pytest.mark.parametrize(
+    ("installed", "said"),
+    [
+        ({"numpy": "1.9"}, "problem numpy 1.9 is not >=2.0; pip install -c {} numpy mends that"),
+        ({"numpy": None}, "problem numpy is missing; pip install -c {} numpy mends that"),
+        (
+            {"numpy": "99.0"},
+            "note    other versions than tested: numpy 99.0 instead of",
+        ),
+    ],
+)
+def test_versions_are_compared_also_without_a_checkout(monkeypatch, installed, said):
+    before = doctor._version
+    monkeypatch.setattr(doctor, "_version", lambda name: installed.get(name, before(name)))
+    found = [f"{f.verdict:<8}{f.text}; {f.remedy}" for f in doctor._packages()]
+    assert any(
+        line.startswith(said.format(Path(app.__file__).with_name("constraints.txt"))) for line in found
+    ), found
 
 
 @pytest.mark.parametrize(

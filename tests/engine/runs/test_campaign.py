@@ -28,6 +28,8 @@ def test_repetitions_give_every_run_a_seed_of_its_own():
     assert [r.config.seed for r in runs] == [1, 2, 3, 4, 5, 6]
     assert [r.config.task for r in runs] == ["goal-reaching", "squeezing"] * 3
     assert len({r.file for r in runs}) == 6
+    later = plan({**shared, "repetitions": 1, "first_seed": 7})  # an experiment that goes on
+    assert [r.config.seed for r in later] == [7, 8]
 
 
 def test_fields_for_all_and_for_a_variant():
@@ -55,6 +57,7 @@ def test_fields_for_all_and_for_a_variant():
         ({"tasks": ["swimming"]}, "unknown task 'swimming'"),
         ({"algorithms": ["cma-me"]}, "cma-me"),
         ({"repetitions": 2}, "either seeds or repetitions"),
+        ({"first_seed": 3}, "first_seed belongs to repetitions"),
         ({"seeds": ["1"]}, "seeds must be a list of whole numbers"),
         ({"seeds": [1, 1]}, "seeds names something twice"),
         ({"seeds": [-1]}, "seed must be"),

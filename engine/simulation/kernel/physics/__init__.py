@@ -7,5 +7,5 @@ Read in this order:
 - ``softness``: MuJoCo's impedance and reference acceleration. ``friction``: the cone.
 - ``contact``: one contact. ``ground``, ``walls``, ``capsule_box``, ``rod_contacts``: where rods touch what.
 - ``links``: limits of the links between modules.
-- ``solver``: sweeps over islands until each settles. ``corners``: those whose contacts settle slowly.
+- ``solver``: sweeps over islands until each settles. ``descent``: those whose contacts settle slowly.
 """

@@ -27,8 +27,11 @@ CONTACT: Final = 26
 """Numbers of a contact of a rod with the ground or a wall (``contacts``)."""
 PAIR: Final = 29
 """Numbers of a contact of two rods (``rod_contacts``)."""
-SEARCH: Final = 6
-"""Numbers of a contact in a search for forces (``corners``): force before a sweep 3, last changes 3."""
+REMEMBERED: Final = 5
+"""Sweeps from which forces are extrapolated (``descent``)."""
+SEARCH: Final = 9 + 6 * REMEMBERED
+"""Numbers of a force there: before a sweep 3, after it 3, its change 3, and of every remembered sweep by how
+much the last two exceeded those of the sweep before it."""
 LINK: Final = 19
 """Numbers of a link (``links``)."""
 OWN_PAIRS: Final = RODS * (RODS - 1) // 2
@@ -47,7 +50,10 @@ class Work(NamedTuple):
         contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
         contact_slot: per contact where its force is kept.
         contact_start: (islands x 2 + 1,) first contact of an island's first and second place.
-        search: (contacts x 6,) see ``SEARCH``; none in worlds without walls.
+        search: (forces x 39,) see ``SEARCH``; forces of contacts, links and pairs.
+        force_kind, force_at, force_place: per listed force what it is of, which of those, and whose place.
+        products, factor, right, weight: (m x m,), (m x m,), (m,) and (m,) of the equations for an
+            extrapolation, m = ``REMEMBERED``.
         link: (links x 19,) see ``LINK``.
         linked: (links,) whether a link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
@@ -70,6 +76,13 @@ class Work(NamedTuple):
     contact_slot: np.ndarray
     contact_start: np.ndarray
     search: np.ndarray
+    force_kind: np.ndarray
+    force_at: np.ndarray
+    force_place: np.ndarray
+    products: np.ndarray
+    factor: np.ndarray
+    right: np.ndarray
+    weight: np.ndarray
     link: np.ndarray
     linked: np.ndarray
     pair: np.ndarray
@@ -99,7 +112,9 @@ N_SWEEPS: Final = 5
 """Sweeps over one island since the state was made, all islands together: for benchmarks."""
 N_COUPLED: Final = 6
 """Sweeps over all coupled islands since the state was made: for benchmarks."""
-N_COUNTS: Final = 7
+N_FORCES: Final = 7
+"""Forces listed for extrapolation."""
+N_COUNTS: Final = 8
 
 
 class State(NamedTuple):
@@ -138,6 +153,7 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
     m, rods, width = model.n_modules, RODS * model.n_modules, simd.width_of(model.stiffness)
     pairs, wall_contacts = rods * (rods - 1) // 2, 2 * rods * n_walls
     contacts = 2 * rods + wall_contacts
+    forces = contacts + pairs + model.n_links
 
     def reals(n: int) -> np.ndarray:
         return simd.reals(n, width=width)
@@ -152,7 +168,14 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
         contact=reals(CONTACT * contacts),
         contact_slot=numbers(contacts),
         contact_start=numbers(2 * model.n_islands + 1),
-        search=reals(SEARCH * contacts if n_walls else 0),
+        search=reals(SEARCH * forces),
+        force_kind=numbers(forces),
+        force_at=numbers(forces),
+        force_place=numbers(forces),
+        products=reals(REMEMBERED * REMEMBERED),
+        factor=reals(REMEMBERED * REMEMBERED),
+        right=reals(REMEMBERED),
+        weight=reals(REMEMBERED),
         link=reals(LINK * model.n_links),
         linked=numbers(model.n_links),
         pair=reals(PAIR * pairs),
