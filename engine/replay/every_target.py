@@ -7,7 +7,6 @@ watches meanwhile: only every so-manieth pose is kept.
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
@@ -16,7 +15,7 @@ import numpy as np
 from engine.body.module import RODS
 from engine.config import RunConfig, task_of
 from engine.simulation.batch import SPAN
-from engine.simulation.evaluation import CHUNK, Evaluation
+from engine.simulation.evaluation import MOST_TOGETHER, Evaluation, in_groups
 from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import Head
 from engine.simulation.trials import start_trials, trials_of
@@ -68,17 +67,17 @@ def replay_every_target(
             what it raises ends the work.
 
     Yields:
-        A robot and its trials in the task's order; small robots first.
+        A robot and its trials in the task's order; large robots first.
 
     Raises:
         InvalidData: today's robots do not survive the run's physics.
         TaskError: a user's task returns invalid values.
     """
     check_timestep(config.physics)
-    by_size = sorted(evaluations, key=lambda e: (e.solution.morphology.n_modules, e.solution.number))
-    for _, group in itertools.groupby(by_size, key=lambda e: e.solution.morphology.n_modules):
-        while chunk := list(itertools.islice(group, CHUNK)):
-            yield from _replay(config, chunk, updates_per_frame, n_threads, progress)
+    known = {e.solution.number: e for e in evaluations}
+    for group in in_groups([known[n].solution for n in sorted(known)], MOST_TOGETHER):
+        own = [known[solution.number] for solution in group]
+        yield from _replay(config, own, updates_per_frame, n_threads, progress)
 
 
 def _replay(

@@ -39,8 +39,10 @@
 
   // ---- words
   const plain = (cm, digits = 1) => (Math.abs(cm) < 0.05 ? 0 : cm).toFixed(digits);
-  const words = (cm, distances) =>
-    distances ? `${Math.abs(cm).toFixed(1)} cm ${plain(cm) < 0 ? "farther" : "closer"}` : `${plain(cm)} cm`;
+  const words = (cm, distances) => {
+    const [less, more] = distances ? ["farther", "closer"] : ["worse", "better"];
+    return `${Math.abs(cm).toFixed(1)} cm ${plain(cm) < 0 ? less : more}`;
+  };
   const signed = (cm) => `${plain(cm) > 0 ? "+" : ""}${plain(cm).replace("-", "−")}`;
 
   // ---- the card
@@ -50,7 +52,8 @@
     byId("where").textContent = Object.entries(robot.cells).map(([map, cell]) => `${map} ${cell}`).join(" · ");
     const gain = byId("gain");
     gain.replaceChildren(make("b", words(robot.f_s, robot.distances)));
-    gain.append(robot.distances ? "to its targets, the worst counting most (f" : `(f`, make("sub", "s"), ` ${plain(robot.f_s, 2)} cm)`);
+    const what = robot.distances ? "to its targets" : `than lying still, by its ${robot.score}`;
+    gain.append(`${what}; the worst target counts most (f`, make("sub", "s"), `\u00a0${plain(robot.f_s, 2)}\u00a0cm)`);
     byId("facts").replaceChildren(...robot.facts.flatMap(([what, value]) => [make("dt", what), make("dd", value)]));
     byId("network").innerHTML = robot.network; // drawn by TensAtlas, not by the run; no script of it would run
     tellLine();

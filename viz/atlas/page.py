@@ -153,7 +153,7 @@ def atlas_page(
         "facts": html.escape(" · ".join(facts)),
         "link": _link(link),
         "view": own_file("replay_view.html"),
-        "maps": "".join(map(_map, maps)),
+        "maps": "".join(_map(p, distances=task.score is remaining_distance) for p in maps),
         "about": _about(reader, len(shown), off, differs, link),
         "data": json_text(data),
         # a reader sees the best robot before the rest of the file has been read
@@ -175,10 +175,9 @@ def words(cm: float, *, distances: bool) -> str:
         cm: f_s in cm.
         distances: whether the task scores how far the head is from the target at the end.
     """
-    if not distances:
-        return f"f_s {cm:.1f} cm"
+    less, more = ("farther", "closer") if distances else ("worse", "better")
     # without the sign of a negative zero
-    return f"{abs(cm):.1f} cm {'farther' if round(cm, 1) < 0 else 'closer'}"
+    return f"{abs(cm):.1f} cm {less if round(cm, 1) < 0 else more}"
 
 
 def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
@@ -190,8 +189,8 @@ def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
     return found
 
 
-def _map(picture: MapPicture) -> str:
-    tiles = {c: Tile(_hint(e), e.number) for c, e in picture.elites.items()}
+def _map(picture: MapPicture, *, distances: bool) -> str:
+    tiles = {c: Tile(_hint(e, distances), e.number) for c, e in picture.elites.items()}
     family = axis_labels.family(picture.axes)
     about = f'<p class="what">{html.escape(ABOUT[family])}</p>' if family else ""
     return (
@@ -201,10 +200,10 @@ def _map(picture: MapPicture) -> str:
     )
 
 
-def _hint(elite: ShownElite) -> str:
+def _hint(elite: ShownElite, distances: bool) -> str:
     body = elite.morphology
     return (
-        f"{words(elite.f_s, distances=True)}\n{body.n_modules} modules, relative stiffness"
+        f"{words(elite.f_s, distances=distances)}\n{body.n_modules} modules, relative stiffness"
         f" {body.stiffness_text}\nrobot {elite.number}"
     )
 

@@ -385,9 +385,9 @@ const taReplay = (() => {
       if (begun) {
         wayToGo(frame);
         disc(...trial.target, 0.02, css(C.target, 1, 0.25), css(C.target, T.bright, 0.9));
-        if (showTrail) trail(frame);
       }
       shadows();
+      if (begun && showTrail) trail(frame);
       for (const [, paint, line] of parts(showTension, begun)) paint(line);
       if (begun) note(...trial.target, 0.085, `${(100 * away).toFixed(1)} cm`);
       return away;

@@ -118,7 +118,7 @@ def test_a_hostile_run_stays_text(small_run, tmp_path):
     parsed = Loose()
     parsed.feed(made)
     robots = len(re.findall(r'id="r\d+"', made))
-    assert parsed.scripts == ["application/json", *["text/plain"] * robots, None]
+    assert parsed.scripts == ["application/json", "text/plain", None, *["text/plain"] * (robots - 1)]
     assert parsed.handlers == []
     assert set(parsed.addresses) == {"https://example.org/\"onclick='x'"}
     assert HOSTILE not in made.replace(json.dumps(HOSTILE), "")
@@ -157,7 +157,8 @@ def test_words_say_which_way():
     assert words(6.41, distances=True) == "6.4 cm closer"
     assert words(-1.26, distances=True) == "1.3 cm farther"
     assert words(-0.04, distances=True) == "0.0 cm closer"
-    assert words(3.0, distances=False) == "f_s 3.0 cm"
+    assert words(3.0, distances=False) == "3.0 cm better"
+    assert words(-3.0, distances=False) == "3.0 cm worse"
 
 
 def test_a_run_without_elites_says_so(small_run, tmp_path):
