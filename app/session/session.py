@@ -24,7 +24,7 @@ from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
 from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
-from app.session.software_rendering import spare_software_rendering
+from app.session.software_rendering import tell_of_software_rendering
 from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
 from engine.search.archive import Cell
@@ -110,7 +110,7 @@ class Session:
         add_commands(client.gui, commands)
         self._navigation.begin(self, self._robot)
         self._robot.downloads.begin(client.gui)
-        spare_software_rendering(client)
+        tell_of_software_rendering(client, self._robot.overlay.show_chip)
 
     def open_next(self) -> None:
         """Show the next run in the list; after the last, the first."""
@@ -160,7 +160,14 @@ class Session:
         status = self._library.status(path)
         self._update(reader, status)
         self._library.watch(self, path, self._run_moved, status)
+        if not self._navigation.going:
+            self.greet()
         self._navigation.update()
+
+    def greet(self) -> None:
+        """Show the best robot of the run, if none is shown."""
+        if self._run.path is not None and self._run.last is not None:
+            self._robot.greet(self._run.last.n_evaluations)
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -232,6 +239,7 @@ class Session:
                 return
             self._offer(path)
             self._update(reader, status)
+            self.greet()  # with its first generation, a new run has a robot to show
 
         self._actions.put("run moved", update)
 

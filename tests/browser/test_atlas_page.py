@@ -71,7 +71,7 @@ def test_a_robot_is_pointed_at_clicked_and_crawls(
     tile.hover()
     card = page.locator("#ta-tip")
     expect(card).to_be_visible()
-    expect(card.locator("b")).to_have_text(re.compile(r"^\d+\.\d cm (closer|farther)$"))
+    expect(card).to_contain_text(re.compile(r"(\d+\.\d cm (closer|farther)|lies still) · f_s"))
     expect(card).to_contain_text(f"robot {number}")
     drawn = "c => c.toDataURL().length > 3000"  # an empty one has 500 characters
     for _ in range(100):  # the page's policy lets nobody wait inside it

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from engine.analysis.profile import still_limit
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
@@ -18,7 +19,7 @@ from engine.replay.every_target import RecordedTrial
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.storage.rows import MAX_LINE, Ancestor
-from engine.tasks import remaining_distance
+from viz import words
 from viz.recording.motion import SERVO_CABLES, Detail, TrialMotion, motion
 from viz.robot import lineage_list
 from viz.robot.network_diagram import NetworkDiagram
@@ -86,12 +87,15 @@ def pack_elite(
             start=-period,
             period=period,
         )
+    assert evaluation.fitness is not None  # one that failed holds no cell
+    f_s = 100 * (task.target_distance - evaluation.fitness)
     diagram = NetworkDiagram(
         solution.controller, body.n_modules, task.inputs, head_is_end=evaluation.head_is_end
     )
     data = {
         "cells": dict(cells),
-        "f_s": _cm(task.target_distance - evaluation.fitness) if evaluation.fitness is not None else None,
+        "f_s": round(f_s, 2),
+        "words": words.gained(f_s, 100 * still_limit(task)),
         "facts": _facts(evaluation, generation),
         "targets": [
             {
@@ -103,8 +107,6 @@ def pack_elite(
             }
             for k, (name, distances) in enumerate(zip(task.target_names, evaluation.distances, strict=True))
         ],
-        "distances": task.score is remaining_distance,
-        "score": task.score_name,
         "network": diagram.render(),
         "lineage": _lineage(line, task.target_distance),
         "begins": None if line[-1].is_founder else len(line) >= MAX_LINE,

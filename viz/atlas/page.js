@@ -39,10 +39,6 @@
 
   // ---- words
   const plain = (cm, digits = 1) => (Math.abs(cm) < 0.05 ? 0 : cm).toFixed(digits);
-  const words = (cm, distances) => {
-    const [less, more] = distances ? ["farther", "closer"] : ["worse", "better"];
-    return `${Math.abs(cm).toFixed(1)} cm ${plain(cm) < 0 ? less : more}`;
-  };
   const signed = (cm) => `${plain(cm) > 0 ? "+" : ""}${plain(cm).replace("-", "−")}`;
 
   // ---- the card
@@ -51,9 +47,8 @@
     byId("name").textContent = `Robot ${chosen}`;
     byId("where").textContent = Object.entries(robot.cells).map(([map, cell]) => `${map} ${cell}`).join(" · ");
     const gain = byId("gain");
-    gain.replaceChildren(make("b", words(robot.f_s, robot.distances)));
-    const what = robot.distances ? "to its targets" : `than lying still, by its ${robot.score}`;
-    gain.append(`${what}; the worst target counts most (f`, make("sub", "s"), `\u00a0${plain(robot.f_s, 2)}\u00a0cm)`);
+    gain.replaceChildren(make("b", robot.words), "over its targets, the worst counting extra: f");
+    gain.append(make("sub", "s"), `\u00a0${plain(robot.f_s, 2)}\u00a0cm`);
     byId("facts").replaceChildren(...robot.facts.flatMap(([what, value]) => [make("dt", what), make("dd", value)]));
     byId("network").innerHTML = robot.network; // drawn by TensAtlas, not by the run; no script of it would run
     tellLine();
@@ -153,9 +148,8 @@
   let pointed = null, drawn = 0;
   window.taPicture = (card, element) => {
     const number = cellOf(element);
-    if (number === undefined) { pointed = null; return; }
-    const [first, ...rest] = card.textContent.split("\n");
-    card.replaceChildren(picture, make("b", first), `\n${rest.join("\n")}`);
+    if (number === undefined) { pointed = null; picture.remove(); return; }
+    card.prepend(picture);
     if (number === pointed) return;
     pointed = number;
     picture.getContext("2d").clearRect(0, 0, picture.width, picture.height);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import html
 import importlib.resources
 import urllib.parse
@@ -16,13 +15,13 @@ from engine.replay.every_target import replay_every_target
 from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
 from engine.tasks import remaining_distance
+from viz import words
 from viz.atlas.elites import pack_elite, updates_per_frame
 from viz.maps import axis_labels
 from viz.maps.coloring import FITNESS
-from viz.maps.contents import ShownElite, load_contents
+from viz.maps.contents import load_contents
 from viz.maps.interaction import SCRIPT
 from viz.maps.layouts import layouts
-from viz.maps.map_parts import Tile
 from viz.maps.map_pictures import MapPicture, pictures
 from viz.recording.standalone_replay import json_text, own_file, page
 
@@ -153,7 +152,7 @@ def atlas_page(
         "facts": html.escape(" · ".join(facts)),
         "link": _link(link),
         "view": own_file("replay_view.html"),
-        "maps": "".join(_map(p, distances=task.score is remaining_distance) for p in maps),
+        "maps": "".join(map(_map, maps)),
         "about": _about(reader, len(shown), off, differs, link),
         "data": json_text(data),
         # a reader sees the best robot before the rest of the file has been read
@@ -168,18 +167,6 @@ def atlas_page(
     )
 
 
-def words(cm: float, *, distances: bool) -> str:
-    """Return a robot's f_s in words.
-
-    Args:
-        cm: f_s in cm.
-        distances: whether the task scores how far the head is from the target at the end.
-    """
-    less, more = ("farther", "closer") if distances else ("worse", "better")
-    # without the sign of a negative zero
-    return f"{abs(cm):.1f} cm {less if round(cm, 1) < 0 else more}"
-
-
 def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
     """Return by the number of a robot, and by the title of a map, its cell there."""
     found: dict[int, dict[str, Cell]] = {}
@@ -189,22 +176,13 @@ def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
     return found
 
 
-def _map(picture: MapPicture, *, distances: bool) -> str:
-    tiles = {c: Tile(_hint(e, distances), e.number) for c, e in picture.elites.items()}
+def _map(picture: MapPicture) -> str:
     family = axis_labels.family(picture.axes)
     about = f'<p class="what">{html.escape(ABOUT[family])}</p>' if family else ""
     return (
         f'<section class="map"><h2>{html.escape(picture.title)}</h2>'
         f'<p class="figures">{html.escape(picture.figures)}</p>'
-        f"{dataclasses.replace(picture, tiles=tiles).render(None, '')}{about}</section>"
-    )
-
-
-def _hint(elite: ShownElite, distances: bool) -> str:
-    body = elite.morphology
-    return (
-        f"{words(elite.f_s, distances=distances)}\n{body.n_modules} modules, relative stiffness"
-        f" {body.stiffness_text}\nrobot {elite.number}"
+        f"{picture.render(None, '')}{about}</section>"
     )
 
 
@@ -220,15 +198,15 @@ def _link(link: str) -> str:
 def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> str:
     """Return what the page holds and how true it is, as HTML."""
     task = task_of(reader.config)
-    start = 100 * task.target_distance
-    measured = (
-        f"how many centimetres closer to its targets a robot ends than it began, {start:.0f} cm away"
-        if task.score is remaining_distance
-        else f"{start:.0f} cm less its score ({task.score_name})"
-    )
     lines = [
-        f"<b>f<sub>s</sub></b> says {html.escape(measured)}: midway between the mean over its targets and the"
-        " worst of them.",
+        words.markup(words.F_S)
+        + f" It begins {100 * task.target_distance:.0f} cm away"
+        + (
+            "."
+            if task.score is remaining_distance
+            else f", and what counts is its {html.escape(task.score_name)}."
+        ),
+        words.PCA,
         f"The {n} robots on this page evolved in simulation; none of them has been built. Every one was"
         " simulated again for this page, towards every target, under the first noise that it evolved with"
         + (

@@ -203,7 +203,7 @@ const taReplay = (() => {
       const [dx, dy] = [0, 1].map((axis) => middle(robot.scene.head, axis) - middle(tail, axis));
       camera.yaw = Math.atan2(dy, dx) - 1.2;
       camera.pitch = 0.42;
-      frameUp(whole, [0.92, 0.88]);
+      frameUp(whole, [0.84, 0.84]);
     };
 
     const stroke = (a, b, width, color) => {

@@ -17,7 +17,7 @@ from engine.storage.reader import RunReader
 from tests.support.run_formats import in_format
 from tests.support.unpacked import unpack
 from viz.atlas.elites import DETAIL, updates_per_frame
-from viz.atlas.page import atlas_page, checked_link, shown_maps, words
+from viz.atlas.page import atlas_page, checked_link, shown_maps
 from viz.robot.skeleton import posed
 
 HOSTILE = "<script>alert(1)<'\"&>@robots@"
@@ -56,6 +56,7 @@ def test_it_holds_the_elites_of_all_maps(page, small_reader):
     best = min(small_reader.evaluations(held).values(), key=lambda e: e.fitness)
     assert data["best"] == best.solution.number
     said, _ = robot(page, data["best"])
+    assert said["words"] == f"{abs(said['f_s']):.1f} cm {'closer' if said['f_s'] > 0 else 'farther'}"
     assert said["f_s"] == pytest.approx(45 - 100 * best.fitness, abs=0.01)
     assert [t["gain"] for t in said["targets"]] == pytest.approx(
         list(45 - 100 * best.distances.mean(axis=1)), abs=0.01
@@ -151,14 +152,6 @@ def test_equal_runs_make_equal_pages(page, small_reader):
 
 def test_a_grid_is_shown_on_both_maps(grid_reader):
     assert [p.view.name for p in shown_maps(grid_reader)] == ["grid-01", "grid-23"]
-
-
-def test_words_say_which_way():
-    assert words(6.41, distances=True) == "6.4 cm closer"
-    assert words(-1.26, distances=True) == "1.3 cm farther"
-    assert words(-0.04, distances=True) == "0.0 cm closer"
-    assert words(3.0, distances=False) == "3.0 cm better"
-    assert words(-3.0, distances=False) == "3.0 cm worse"
 
 
 def test_a_run_without_elites_says_so(small_run, tmp_path):
