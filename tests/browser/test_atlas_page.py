@@ -146,13 +146,13 @@ def test_a_browser_reads_what_was_simulated(opened: tuple[Page, list[str]], smal
             const robot = taReplay.motion(scene, await taReplay.inflated(bytes.subarray(end)));
             return robot.trials.map((trial) => {
                 const point = new Float32Array(3 * robot.nPoints);
-                trial.place(1.0, point, null);
+                trial.place(4 * scene.period, point, null);
                 return [...point];
             });
         }""",
         number,
     )
     for ours, theirs in zip(read, trials, strict=True):
-        points = posed(theirs.poses[5:6])[0].reshape(-1, 3)
+        points = posed(theirs.poses[4:5])[0].reshape(-1, 3)
         off = np.linalg.norm(np.array(ours).reshape(-1, 3) - points, axis=-1)
         assert off.max() < 2e-4

@@ -26,8 +26,9 @@ from viz.robot.network_diagram import NetworkDiagram
 
 DETAIL: Final = Detail(step=2.3e-4, levels=7, told=SERVO_CABLES)
 """The corner of a cube of half a step is 0.199 mm from its middle."""
-FRAME: Final = 0.2
-"""Seconds between two frames, as nearly as control updates allow. The servos' fastest rhythm takes 2 s."""
+FRAME: Final = 0.24
+"""Seconds between two frames, as nearly as control updates allow. The servos' fastest rhythm takes 2 s; with
+0.2 s the page of 180 elites would have more than 25 MB."""
 
 
 def updates_per_frame(control_period: float) -> int:

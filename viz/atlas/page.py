@@ -197,7 +197,8 @@ def _link(link: str) -> str:
 
 def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> str:
     """Return what the page holds and how true it is, as HTML."""
-    task = task_of(reader.config)
+    task, update = task_of(reader.config), reader.config.physics.control_period
+    period = updates_per_frame(update) * update
     lines = [
         words.markup(words.F_S)
         + f" It begins {100 * task.target_distance:.0f} cm away"
@@ -216,7 +217,7 @@ def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> 
             f" {100 * differs:.1f} cm from where it was recorded to end, and the figures are the recorded"
             " ones."
         ),
-        f"The file keeps five poses of a second. In these no point of a robot is more than"
+        f"The file keeps a pose of every {period:.2g} s. In these no point of a robot is more than"
         f" {max(1000 * off, 0.01):.2f} mm from where it was simulated; between them points move along smooth"
         " curves, mostly within a millimetre.",
         "Nothing is loaded from anywhere: this file works offline, and can be kept with a paper.",
