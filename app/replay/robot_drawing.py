@@ -10,9 +10,8 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
-from app.replay.fins import Fins
 from app.replay.overlays import OverlayLayer, Overlays
-from app.replay.shapes import Discs, disc_glb, unit_sphere, unit_tube
+from app.replay.shapes import Discs, Fins, disc_glb, unit_sphere, unit_tube
 from app.replay.target_mark import TargetMark
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.replay.fins import Fins, headings
+from app.replay.shapes import Fins, headings
 from engine.body.morphology import Morphology
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
