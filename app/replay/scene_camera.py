@@ -12,7 +12,7 @@ import viser
 from app.replay.stage import FIELD_OF_VIEW
 from viz.robot.framing import Window, eye_showing
 
-TOP, BOTTOM, SIDES = 50, 225, 25
+TOP, BOTTOM, SIDES = 50, 130, 25
 """Pixels of the scene at its edges that are left free; the replay's panel covers the lower one."""
 PHONE_WIDTH = 576
 """Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""

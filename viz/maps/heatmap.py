@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import Cell, cell_name
 from engine.search.axes import Axis
 from viz.maps import axis_labels
-from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
+from viz.maps.map_parts import LEFT, PALE, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
 from viz.maps.scale import Scale, bar
 
 CELL_WIDTH = 30
@@ -57,7 +57,7 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     Args:
         heatmap: what to draw.
         on_pointer_down: JavaScript, already escaped for an attribute; the clicked element or one
-            around it has ``data-c`` = ``name:i,j``.
+            around it has ``data-c`` = ``name:i,j``. Empty where a script of the page listens.
     """
     x_axis, y_axis = heatmap.axes
     width = LEFT + x_axis.n * CELL_WIDTH + BAR_GAP + BAR_WIDTH + RIGHT
@@ -65,10 +65,11 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     ringed = heatmap.ring is not None and heatmap.ring.cell in heatmap.tiles
     described = attributes(heatmap.name, (CELL_WIDTH, CELL_HEIGHT), heatmap.start)
     described += ' data-ring="1"' if ringed else ""
+    handler = f' onpointerdown="{on_pointer_down}"' if on_pointer_down else ""
     parts = [
         f'<svg class="ta-map" {described} viewBox="0 0 {width} {height}"'
         f' width="100%" style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
-        f' onpointerdown="{on_pointer_down}">',
+        f"{handler}>",
         "<style>.ta-map .c{cursor:pointer}.ta-map .c:hover rect{stroke:currentColor;stroke-width:1.5;"
         "stroke-dasharray:none;stroke-opacity:1}.ta-map .e{fill:currentColor;fill-opacity:.03;"
         "stroke:currentColor;stroke-opacity:.28;stroke-width:.8;stroke-dasharray:2 2}"
@@ -109,11 +110,14 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
         look, hint = 'class="e"', f"empty cell\n{axis_labels.describe(heatmap.axes, cell)}"
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
-        kinds = [k for k, holds in (("f", cell in heatmap.fresh), ("z", tile.still)) if holds]
+        marks = (("f", cell in heatmap.fresh), ("z", tile.still and not tile.pale))
+        kinds = [kind for kind, holds in marks if holds]
         look += f' class="{" ".join(kinds)}"' if kinds else ""
+        look += f' fill-opacity="{PALE}"' if tile.pale else ""
         hint = tile.hint
+    robot = "" if tile is None else f' data-n="{tile.number}"'
     return (
-        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"'
+        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"{robot}'
         f' data-filled="{int(tile is not None)}"{_body(tile)} data-h="{html.escape(hint)}">'
         f'<rect x="{x}" y="{y}" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" {look}/></g>'
     )
