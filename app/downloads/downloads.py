@@ -83,6 +83,11 @@ class Downloads:
             ),
         )
 
+    @property
+    def basket(self) -> tuple[BasketItem, ...]:
+        """The robots in the basket."""
+        return self._basket
+
     def begin(self, gui: viser.GuiApi) -> None:
         """Ask the browser what its basket held before the page was loaded again.
 

@@ -49,12 +49,14 @@ class NewRun:
         preset: that the command line begins with.
         config: what decides the outcome.
         workers: threads that simulate.
+        given: where robots are that it starts from, as ``evolve --from`` takes them.
     """
 
     name: str
     preset: str
     config: RunConfig
     workers: int
+    given: tuple[str, ...] = ()
 
 
 def choices(field: str) -> tuple[str, ...]:
@@ -103,9 +105,10 @@ def start(new: NewRun) -> Path:
 
 
 def flags(new: NewRun) -> list[str]:
-    """Return the command line's flags of a run: the preset, and where its configuration differs."""
+    """Return the command line's flags of a run: preset, where its configuration differs, given robots."""
     differing = _differing(config.to_json(new.config), config.to_json(config.preset(new.preset)))
-    return ["--preset", new.preset, "--workers", str(new.workers), *differing]
+    given = ["--from", *new.given] if new.given else []
+    return ["--preset", new.preset, "--workers", str(new.workers), *differing, *given]
 
 
 def resume(path: Path, *, workers: int) -> Path:

@@ -16,4 +16,6 @@ Read in this order:
 9. ``lineage_list``: its ancestors.
 10. ``robot_differences``: what several robots differ in.
 11. ``what_if_table``: a changed body beside the original.
+12. ``body_drawing``: a small drawing that a browser makes from the body's faces.
+13. ``breeding_strip``: the children of chosen robots, each drawn, with its gain.
 """
