@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 from engine.analysis.profile import ProfileHistory
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
@@ -82,6 +83,16 @@ class Selection:
     entered: int | None
     line: tuple[Ancestor, ...] = ()
 
+    @classmethod
+    def of(cls, reader: RunReader, archive: str, cell: Cell | None, number: int) -> Self:
+        """Return the robot of an evaluation as chosen in an archive.
+
+        Raises:
+            RunFileError: the run has no such evaluation.
+        """
+        evaluation, entered = reader.evaluation(number), reader.generation_of(number)
+        return cls(archive, cell, evaluation, entered, tuple(reader.lineage(number)))
+
     @property
     def is_ancestor(self) -> bool:
         """Whether the robot is an ancestor of the one that the cell holds."""
@@ -105,10 +116,17 @@ class Choice:
     Attributes:
         selection: the robot, None for none.
         trial: of the robot.
+        greets: whether nobody has chosen the robot: the app greets with it.
     """
 
     selection: Selection | None = None
     trial: TrialChoice = FIRST_TRIAL
+    greets: bool = False
+
+    @property
+    def wanted(self) -> Selection | None:
+        """The robot that the user, or an address, has chosen."""
+        return None if self.greets else self.selection
 
     def select(self, selection: Selection) -> None:
         """Choose another robot; the trial is kept."""
@@ -120,4 +138,4 @@ class Choice:
 
     def forget(self) -> None:
         """Choose no robot."""
-        self.selection, self.trial = None, FIRST_TRIAL
+        self.selection, self.trial, self.greets = None, FIRST_TRIAL, False

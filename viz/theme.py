@@ -9,6 +9,14 @@ from plotly.colors import sample_colorscale, unlabel_rgb
 
 MAPS: Final = {"viridis": "Viridis", "cividis": "Cividis"}
 """Perceptually uniform colour maps on offer; cividis also reads the same to the colour-blind."""
+STILL: Final = "#747c87"
+ABOUT_ZERO: Final = {
+    "viridis": ("#7a3fb5", "#8e7bb0", STILL, "#35b779", "#a0d93a", "#fde725"),
+    "cividis": ("#2f62c4", "#7d93bb", STILL, "#a69d75", "#d3c164", "#fee838"),
+}
+"""The same about 0: colours far below it and half as far below, that of 0, and three above it."""
+_PLACES: Final = (0.0, 0.25, 0.5, 0.62, 0.81, 1.0)
+"""Parts of the scale at which these lie."""
 
 ACCENT: Final = (54, 179, 160)
 SELECTED: Final = "#ff5d8f"
@@ -16,17 +24,19 @@ LINKED: Final = "#ffb454"
 ROD: Final = (196, 201, 209)
 SERVO_ROD: Final = (240, 138, 60)
 HEAD_ROD: Final = (54, 199, 178)
-NODE: Final = (120, 128, 140)
-CABLE_SLACK: Final = (48, 60, 80)
-CABLE_TAUT: Final = (92, 156, 222)
+NODE: Final = (228, 232, 238)
+CABLE_SLACK: Final = (66, 82, 108)
+CABLE_TAUT: Final = (64, 160, 255)
 CABLE: Final = (84, 116, 156)
 """A passive cable whose tension is not shown."""
 SERVO_SLACK: Final = (112, 74, 48)
-SERVO_TAUT: Final = (255, 160, 64)
+SERVO_TAUT: Final = (255, 172, 64)
 SERVO_CABLE: Final = (196, 124, 60)
 """An internal cable whose tension is not shown."""
 CONTACT: Final = (176, 232, 84)
-NUMBER: Final = (226, 232, 240)
+NUMBER: Final = (240, 244, 250)
+CHIP: Final = (26, 31, 38)
+"""What a number stands on."""
 TARGET: Final = (46, 204, 224)
 TRAIL: Final = (255, 93, 143)
 WALL: Final = (150, 178, 214)
@@ -47,10 +57,15 @@ TEXT_STYLE: Final = (
 """HTML that makes them so; a page needs it once."""
 
 
-def color_at(part: float, name: str = "viridis") -> str:
-    """Return the ``#rrggbb`` colour at a part, 0 to 1, of a colour map."""
-    rgb = sample_colorscale(MAPS[name], [min(max(part, 0.0), 1.0)])[0]
-    return "#" + "".join(f"{round(c):02x}" for c in unlabel_rgb(rgb))
+def color_at(part: float, name: str = "viridis", *, about_zero: bool = False) -> str:
+    """Return the ``#rrggbb`` colour at a part, 0 to 1, of a colour map, or of the one that is grey at 0.5."""
+    part = min(max(part, 0.0), 1.0)
+    if about_zero:
+        channels = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in ABOUT_ZERO[name]])
+        rgb = [float(np.interp(part, _PLACES, channel)) for channel in channels.T]
+    else:
+        rgb = list(unlabel_rgb(sample_colorscale(MAPS[name], [part])[0]))
+    return "#" + "".join(f"{round(c):02x}" for c in rgb)
 
 
 def css(color: tuple[int, int, int]) -> str:

@@ -20,7 +20,7 @@ from app.state import ShownRun
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
-from viz import theme
+from viz import theme, words
 from viz.maps.interaction import ENLARGE, SCRIPT, render_key
 from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import MapPicture
@@ -208,7 +208,8 @@ class ArchivesPanel:
             '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
             'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
             f"{html.escape(picture.title)}</b>"
-            f'<span class="ta-figures" style="font-size:11.5px;opacity:.8">{html.escape(picture.figures)}'
+            f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:11.5px;opacity:.8;'
+            f'cursor:help">{html.escape(picture.figures)}'
             f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
             f'<div style="max-width:410px">{picture.render(ring, self._cells.handler)}</div></div>'
         )
@@ -217,3 +218,14 @@ class ArchivesPanel:
         self._layout.visible = False
         for handle in (*self._maps, self._rings, self._trend):
             put_html(handle, "")
+
+
+def _explanation(picture: MapPicture) -> str:
+    """Return what a map's figures mean, escaped for an attribute."""
+    sentences = [words.F_S, words.QD_SCORE, words.COVERAGE]
+    still = max((e.still_below for e in picture.elites.values()), default=0.0)
+    if still:
+        sentences.append(words.STILL.format(still))
+    if any(axis.name.startswith("PCA") for axis in picture.axes):
+        sentences.append(words.PCA)
+    return html.escape("\n".join(map(words.plain, sentences)))

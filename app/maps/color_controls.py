@@ -63,7 +63,7 @@ class ColorControls:
         scale = self._scale = gui.add_dropdown(
             "Scale",
             (AUTOMATIC, ALL_RUNS, FIXED),
-            hint="The ends of the scale of f_s: fitted to this run, shared by all runs of its task, or yours",
+            hint="The ends of the scale of f_s: each map's own, shared by all runs of its task, or yours",
         )
         self._low, self._high = (
             gui.add_number(label, 0.0, step=0.5, visible=False, hint=hint)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Mapping
 
@@ -14,7 +15,7 @@ from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from viz import theme
 from viz.maps import axis_labels
-from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings
+from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings, robust_fitness
 from viz.maps.contents import Content, load_contents
 from viz.maps.layouts import layouts
 from viz.maps.map_parts import Ring
@@ -174,6 +175,28 @@ class MapBoard:
         content = None if self._subject is None else self._subject.contents.get(archive)
         elite = None if content is None else content.elites.get(cell)
         return None if elite is None else elite.number
+
+    def best(self) -> tuple[str, Cell, int] | None:
+        """Return archive, cell and number of the best robot that is shown; None for none.
+
+        That is the one of the greatest f_s under noise that it was not selected with, if that is known.
+        """
+        if self._subject is None:
+            return None
+        robust: Mapping[int, float] = {}
+        with contextlib.suppress(InvalidData):  # what is damaged is told by the maps
+            robust = robust_fitness(self._subject.reader)
+        found = [
+            (e.number in robust, robust.get(e.number, e.f_s), -e.number, name, cell)
+            for name, content in self._subject.contents.items()
+            for cell, e in content.elites.items()
+        ]
+        if not found:
+            return None
+        # equal robots are in several archives: the first one counts
+        order = list(self._subject.contents)
+        _, _, number, name, cell = max(found, key=lambda f: (*f[:3], -order.index(f[3])))
+        return name, cell, -number
 
     def _redraw(self, before: list[MapPicture] | None = None) -> None:
         subject = self._subject

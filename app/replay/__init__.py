@@ -3,7 +3,10 @@
 Read in this order:
 
 - ``player``: plays a replay while it is simulated; hands on every ``ReplayMoment`` that is due.
-- ``scene``: draws one robot. ``robot_drawing``: its body, target and walls. ``overlays``: numbers and trail.
+- ``stage``: light and floor. ``scene``: draws one robot there. ``robot_drawing``: its body and walls.
+  ``target_mark``: its target. ``overlays``: numbers, contacts, trail. ``floor_marks``: the discs of them all.
+- ``scene_overlay``: what lies over the scene: ways to look, a line, a still until the robot is there; its
+  script is ``scene_overlay.js``.
 - ``scene_camera``: shows what matters and follows the robot.
 - ``side_by_side``: several replays as one. ``side_by_side_scene``: their lanes in the scene.
 - ``transport``: the panel with play, time, trial and overlays; its layout is in ``transport.css``.

@@ -9,8 +9,10 @@ import dataclasses
 
 import numpy as np
 import viser
+from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
+from app.replay.floor_marks import FloorMarks, disc_glb
 from engine.replay.recording import Playable
 from viz import theme
 from viz.robot.stroke_font import NumberStrokes
@@ -18,12 +20,15 @@ from viz.robot.stroke_font import NumberStrokes
 TRAIL_STEP = 5
 """Frames between two points of the trail."""
 TRAIL_HEIGHT = 0.002
-CONTACT_SIZE = 0.007
-CONTACT_LIFT = 0.003
-"""Metres that the dots lie above the points of contact, out of the ground."""
-NUMBER_SIZE = 0.022
-NUMBER_LIFT = 0.062
-"""Metres from a module's centre up to the lower edge of its number: just above the module."""
+CONTACT_RADIUS = 0.009
+CONTACT_LIFT = 0.0025
+"""Metres that the rings lie above the points of contact, out of the ground."""
+NUMBER_SIZE = 0.0115
+NUMBER_LIFT = 0.07
+"""Metres from a module's centre up to the middle of its number: just above the module."""
+NUMBER_AHEAD = 0.002
+"""Metres that a number stands before its chip."""
+CHIP_RADIUS = 0.012
 NUMBER_STEP = 0.001
 """Metres that a module moves before its number moves with it."""
 TURN_STEP = 0.01
@@ -38,6 +43,11 @@ class Overlays:
     numbers: bool = True
     contacts: bool = True
     trail: bool = True
+
+
+_RING = ((*theme.CONTACT, 0), (*theme.CONTACT, 235), (*theme.CONTACT, 235), (*theme.CONTACT, 0))
+_RING_RADII = (0.5, 0.62, 0.88, 1.0)
+_CHIP = ((*theme.CHIP, 255), (*theme.CHIP, 255))
 
 
 class OverlayLayer:
@@ -68,19 +78,13 @@ class OverlayLayer:
             f"{prefix}/robot/numbers",
             np.zeros((len(colors), 2, 3), dtype=np.float32),
             theme.linear(colors),
-            thickness=0.0022,
+            thickness=0.0014,
             visible=False,
         )
         self._trail = scene.add_line_segments(f"{prefix}/trail", nothing, trail, thickness=0.003)
-        self._contacts = scene.add_point_cloud(
-            f"{prefix}/robot/contacts",
-            nothing[0],
-            theme.CONTACT,
-            point_size=CONTACT_SIZE,
-            point_shape="circle",
-            point_shading="flat",
-            precision="float32",
-            visible=False,
+        self._chips = FloorMarks(scene, f"{prefix}/robot/chips", disc_glb(_CHIP, solid=True), CHIP_RADIUS)
+        self._contacts = FloorMarks(
+            scene, f"{prefix}/robot/contacts", disc_glb(_RING, _RING_RADII), CONTACT_RADIUS
         )
         self._trail_end = -1
         self._touching: np.ndarray | None = None
@@ -89,7 +93,7 @@ class OverlayLayer:
 
     def remove(self) -> None:
         """Take all overlays away."""
-        for handle in (self._numbers, self._trail, self._contacts):
+        for handle in (self._numbers, self._trail, self._chips, self._contacts):
             handle.remove()
 
     def show(self, index: int, centres: np.ndarray, overlays: Overlays, facing: np.ndarray) -> None:
@@ -105,10 +109,13 @@ class OverlayLayer:
         _see(self._trail, visible=overlays.trail)
         if overlays.trail and trail is not None:
             self._trail.points = trail
-        _see(self._contacts, visible=overlays.contacts and len(contacts) > 0)
-        if overlays.contacts and len(contacts) and contacts is not self._touching:
+        if not (overlays.contacts and len(contacts)):
+            self._contacts.see(False)
+        elif contacts is not self._touching:
             self._touching = contacts
-            self._contacts.points = contacts + np.array([0.0, 0.0, CONTACT_LIFT], dtype=np.float32)
+            self._contacts.show(contacts + np.array([0.0, 0.0, CONTACT_LIFT]))
+        else:
+            self._contacts.see(True)
         self._show_numbers(centres, overlays, facing)
 
     def face(self, overlays: Overlays, facing: np.ndarray) -> None:
@@ -124,8 +131,14 @@ class OverlayLayer:
             and np.abs(facing - self._facing).max() < TURN_STEP
         ):
             self._centres, self._facing = centres, facing
-            points = centres + np.array([0.0, 0.0, NUMBER_LIFT])
-            put_arrays(self._numbers, points=self._strokes.place(points, facing[0], facing[1]))
+            right, up = facing
+            near = np.cross(right, up)
+            middles = centres + np.array([0.0, 0.0, NUMBER_LIFT])
+            feet = middles - NUMBER_SIZE / 2 * up + NUMBER_AHEAD * near
+            put_arrays(self._numbers, points=self._strokes.place(feet, right, up))
+            turn = Rotation.from_matrix(np.column_stack([right, up, near])).as_quat(scalar_first=True)
+            self._chips.show(middles, turn)
+        self._chips.see(overlays.numbers)
         _see(self._numbers, visible=overlays.numbers)
 
     def _path(self, index: int) -> np.ndarray | None:

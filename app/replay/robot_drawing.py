@@ -12,19 +12,14 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
+from app.replay.floor_marks import FloorMarks, disc_glb
 from app.replay.overlays import OverlayLayer, Overlays
+from app.replay.target_mark import TargetMark
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
 from engine.tasks.walls import Wall
 from viz import theme
-from viz.robot.geometry import (
-    ROD_DRAWN_RADIUS,
-    TARGET_HEIGHT,
-    TARGET_RADIUS,
-    Drawing,
-    DrawnReplay,
-    RobotGeometry,
-)
+from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, DrawnReplay, RobotGeometry
 
 WALL_OPACITY = 0.22
 BOX_EDGES = np.array(
@@ -38,6 +33,11 @@ BOX_EDGES = np.array(
 """(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
 N_SIDES = 10
 """Of a rod as it is drawn: a computer without a graphics card feels every triangle."""
+CABLE_THICKNESS = 0.0015
+SHADOW = ((0, 0, 0, 190), (0, 0, 0, 150), (0, 0, 0, 50), (0, 0, 0, 0))
+"""From the middle of a module's soft shadow to its edge."""
+SHADOW_RADIUS = 0.085
+SHADOW_LIFT = 0.001
 COLOR_STEP = 3
 """Frames between two colours of the cables: they change slowly, and are a seventh of what a frame takes."""
 
@@ -77,6 +77,8 @@ class RobotDrawing:
             batched_scales=np.tile([ROD_DRAWN_RADIUS, ROD_DRAWN_RADIUS, ROD_LENGTH], (n_rods, 1)),
             batched_colors=theme.linear(geometry.rod_colors),
             lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
         )
         self._nodes = scene.add_batched_meshes_simple(
             f"{prefix}/robot/nodes",
@@ -87,23 +89,28 @@ class RobotDrawing:
             batched_scales=geometry.node_radii,
             batched_colors=theme.linear(geometry.node_colors),
             lod="off",
-            cast_shadow=False,  # the rods' are enough to see where the robot touches the ground
+            cast_shadow=False,
+            receive_shadow=False,
         )
         self._cables = scene.add_line_segments(
-            f"{prefix}/robot/cables", drawing.cables, theme.linear(drawing.cable_colors), thickness=0.0012
+            f"{prefix}/robot/cables",
+            drawing.cables,
+            theme.linear(drawing.cable_colors),
+            thickness=CABLE_THICKNESS,
         )
+        self._shadows = FloorMarks(scene, f"{prefix}/robot/shadows", disc_glb(SHADOW), SHADOW_RADIUS)
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
         self._layer = OverlayLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
-        self._has_target = False
+        self._target: TargetMark | None = None
         if replay.target is None:  # what there is already
             self._add_walls(replay.walls)
 
     def place_world(self) -> bool:
         """Put up target and walls as soon as they are known; return whether that was now."""
-        if self._has_target or self.replay.target is None:
+        if self._target is not None or self.replay.target is None:
             return False
-        self._add_target(self.replay.target)
+        self._target = TargetMark(self._scene, self.replay.target, prefix=self._prefix)
         self._add_walls(self.replay.walls)
         return True
 
@@ -123,6 +130,9 @@ class RobotDrawing:
         put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
         put_arrays(self._nodes, batched_positions=drawing.nodes)
         put_arrays(self._cables, points=drawing.cables)
+        self._shadows.show(drawing.centres * (1.0, 1.0, 0.0) + (0.0, 0.0, SHADOW_LIFT))
+        if self._target is not None:
+            self._target.show(self.replay.frames[index].head)
         colored = (index // COLOR_STEP if overlays.tension else 0, overlays.tension)
         if colored != self._colored:
             self._cables.colors = theme.linear(drawing.cable_colors)
@@ -138,19 +148,10 @@ class RobotDrawing:
         for handle in self._handles:
             handle.remove()
         self._handles = []
+        self._shadows.remove()
+        if self._target is not None:
+            self._target.remove()
         self._layer.remove()
-
-    def _add_target(self, target: np.ndarray) -> None:
-        post = self._scene.add_cylinder(
-            f"{self._prefix}/target/post",
-            radius=TARGET_RADIUS,
-            height=TARGET_HEIGHT,
-            color=theme.TARGET,
-            opacity=0.55,
-            position=(float(target[0]), float(target[1]), TARGET_HEIGHT / 2),
-        )
-        self._handles.append(post)
-        self._has_target = True
 
     def _add_walls(self, walls: Sequence[Wall]) -> None:
         """Draw walls as glass with bright edges, through which the robot stays visible."""

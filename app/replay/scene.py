@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
+from typing import Final, Literal, get_args
 
 import numpy as np
 import viser
@@ -11,16 +13,29 @@ import viser
 from app.replay.overlays import Overlays
 from app.replay.player import ReplayMoment
 from app.replay.robot_drawing import RobotDrawing
-from app.replay.scene_camera import SceneCamera
+from app.replay.scene_camera import Framing, SceneCamera
+from app.replay.stage import set_stage
 from engine.replay.recording import Playable
 from viz.robot.geometry import Drawing
 
-EYE = np.array([-0.55, -0.9, 0.95])
+EYE = np.array([-0.55, -0.9, 0.8])
 """Direction from what is shown to the camera."""
 EYE_BEHIND = np.array([-0.8, -0.35, 0.95])
 """The same with the way to the target along x."""
+EYE_LOW = np.array([-0.5, -0.95, 0.3])
+EYE_ABOVE = np.array([0.0, -0.02, 1.0])
+EYE_BESIDE = np.array([0.0, -1.0, 0.16])
+"""The same, the robot's chain along x."""
+EYE_BEFORE = np.array([0.75, -0.55, 0.4])
+"""The same, the way out of the robot at its head along x."""
 AROUND = 0.07 * np.array(list(itertools.product((-1.0, 1.0), (-1.0, 1.0), (0.0, 1.0))))
 """(8, 3) corners, in m, of the room that a module or a target on the ground is shown with."""
+CLOSE_PART = 0.6
+"""Of the scene's width that a robot seen from close by takes."""
+CIRCLING = 2.0 * np.pi / 40.0
+"""Radians that a circling camera turns in a second."""
+View = Literal["close", "frame", "top", "side", "head"]
+_VIEWS: Final[dict[str, View]] = {view: view for view in get_args(View)}
 
 
 class Scene:
@@ -39,25 +54,31 @@ class Scene:
         self.follow = True
         self.overlays = Overlays()
         """Which overlays the next frame has."""
-        self._scene.set_up_direction("+z")
-        self._scene.add_grid(
-            "/ground",
-            infinite_grid=True,
-            cell_size=0.05,
-            section_size=0.25,
-            cell_color=(62, 68, 78),
-            section_color=(92, 100, 112),
-            plane_color=(32, 36, 42),
-            plane_opacity=0.6,
-            fade_distance=3.0,
-            shadow_opacity=0.35,
-        )
+        self._seen: tuple[Drawing, Playable] | None = None
+        self._view: View = "frame"
+        self._next: View = "frame"
+        self.circles = False
+        """Whether the camera slowly circles what it follows."""
+        self._circled = 0.0
+        set_stage(self._scene)
         client.camera.on_update(lambda _camera: self._face())
 
     def show(self, moment: ReplayMoment) -> None:
         """Draw a moment of a replay; another replay than the last one replaces the robot."""
         with self._drawing:
             self._show(moment)
+
+    def look(self, view: View) -> None:
+        """Look at the robot from close by, at it and its target, or from above, beside or before its head."""
+        with self._drawing:
+            self._view = view
+            if self._seen is not None:
+                self._look_at(*self._seen)
+
+    def begin_with(self, view: View) -> None:
+        """Look in this way at the robots to come."""
+        with self._drawing:
+            self._next = view
 
     def clear(self) -> None:
         """Remove the robot."""
@@ -70,14 +91,20 @@ class Scene:
         if self._robot is None or is_new:
             self._clear()
             self._robot = RobotDrawing(self._scene, replay)
+            self._view = self._next
         drawing = self._robot.compute(moment.time, overlays)
-        if self._robot.place_world() or is_new:
+        self._seen = (drawing, replay)
+        placed = self._robot.place_world()
+        if is_new or (placed and self._view == "frame"):
             self._look_at(drawing, replay)
         with self._client.atomic():
             self._robot.show(moment.index, drawing, overlays, self._camera.facing)
         centre = drawing.centres[:, :2].mean(axis=0)
+        now, before = time.monotonic(), self._circled
+        self._circled = now
         if self.follow:
-            self._camera.follow(centre)
+            circles = self.circles and moment.playing and now - before < 1.0
+            self._camera.follow(centre, turn=CIRCLING * (now - before) if circles else 0.0)
         else:
             self._camera.start_following(centre)
 
@@ -90,17 +117,39 @@ class Scene:
     def _clear(self) -> None:
         if self._robot is not None:
             self._robot.remove()
-        self._robot = None
+        self._robot = self._seen = None
 
     def _look_at(self, drawing: Drawing, replay: Playable) -> None:
-        """Show the robot and its target; among walls from behind the robot, so that none hides the way."""
+        """Frame the robot as the view says; among walls from behind it, so that none hides the way."""
         places, towards = drawing.centres[:, :2], EYE
         centre = places.mean(axis=0)
-        if replay.target is not None:
-            places = np.concatenate([places, replay.target[None]])
-            if replay.walls:
-                x, y = (replay.target - centre) / np.linalg.norm(replay.target - centre)
-                towards = np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]]) @ EYE_BEHIND
+        part = 1.0
+        if self._view == "frame":
+            if replay.target is not None:
+                places = np.concatenate([places, replay.target[None]])
+                if replay.walls:
+                    towards = _turned(EYE_BEHIND, replay.target - centre)
+        elif self._view == "close":
+            towards, part = EYE_LOW, CLOSE_PART
+        elif self._view == "top":
+            towards = EYE_ABOVE
+        else:
+            head = replay.head.module
+            along = places[head] - places[0 if head else -1]
+            towards = _turned(EYE_BESIDE if self._view == "side" else EYE_BEFORE, along)
+            if self._view == "head":
+                places = places[[head]]
         corners = np.column_stack([places, np.zeros(len(places))])[:, None] + AROUND
         self._camera.start_following(centre)
-        self._camera.show(corners.reshape(-1, 3), towards)
+        self._camera.show(Framing(corners.reshape(-1, 3), towards, part))
+
+
+def view_named(name: str) -> View | None:
+    """Return the view of a name, which a browser has sent; None if there is none."""
+    return _VIEWS.get(name)
+
+
+def _turned(direction: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return a (3,) direction turned about the vertical as x turns to a (2,) direction along the ground."""
+    x, y = along / max(float(np.linalg.norm(along)), 1e-9)
+    return np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]]) @ direction

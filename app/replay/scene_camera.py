@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import time
+import dataclasses
+import math
+import threading
 
 import numpy as np
 import viser
 
+from app.replay.stage import FIELD_OF_VIEW
 from engine.body.kinematics import rotation_rows
 from viz.robot.framing import Window, eye_showing
 
-PATIENCE = 5.0
-"""Seconds to wait for a browser to say that its camera is where it was placed."""
 TOP, BOTTOM, SIDES = 50, 225, 25
 """Pixels of the scene at its edges that are left free; the replay's panel covers the lower one."""
 PHONE_WIDTH = 576
@@ -19,20 +20,49 @@ PHONE_WIDTH = 576
 PHONE_COVERED = 0.62
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
+KNOWN_PLACES = 300
+"""Places that the camera was sent to last; a slow browser may still report one: ten seconds' worth."""
+SAME = 0.004
+"""Metres by which a reported place may differ from where the camera was sent."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Framing:
+    """What a camera shows.
+
+    Attributes:
+        points: (n, 3) what is to be seen, in m.
+        towards: (3,) direction from there to the camera.
+        part: of the scene's free width that the points may fill.
+    """
+
+    points: np.ndarray
+    towards: np.ndarray
+    part: float = 1.0
 
 
 class SceneCamera:
-    """Places the camera.
+    """Places the camera, and knows where it is: a slow browser tells that late.
+
+    What a browser reports is either a place that the camera was sent to a while ago, or, if it is none of
+    these, where its user has taken it. Only from the latter does the camera go on.
 
     Args:
-        client: whose it is, its window's scene not yet narrowed by panels beside it.
+        client: whose it is.
     """
 
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._phone = client.camera.image_width <= PHONE_WIDTH
-        self._placed: tuple[np.ndarray, float, float] | None = None
+        client.camera.fov = FIELD_OF_VIEW
+        self._eye, self._focus = np.array([0.6, -1.0, 0.5]), np.zeros(3)
+        self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
+        self._framing: Framing | None = None
+        self._size = (0, 0)
         self._followed = np.zeros(2)
+        self._framed_at = self._followed
+        self._mutex = threading.RLock()
+        client.camera.on_update(lambda _camera: self._reported())
 
     @property
     def facing(self) -> np.ndarray:
@@ -40,53 +70,76 @@ class SceneCamera:
         right, down, _ahead = np.array(rotation_rows(self._client.camera.wxyz)).T
         return np.stack([right, -down])
 
-    def show(self, points: np.ndarray, towards: np.ndarray) -> None:
-        """Show points above the panel that covers the lower edge.
+    def show(self, framing: Framing) -> None:
+        """Show points above the panel that covers the lower edge, whatever size the scene gets meanwhile."""
+        with self._mutex:
+            self._show(framing)
 
-        Args:
-            points: (n, 3) what is to be seen, in m.
-            towards: (3,) direction from there to the camera.
-        """
+    def _show(self, framing: Framing) -> None:
+        self._framing, self._framed_at = framing, self._followed
         camera = self._client.camera
-        height = camera.image_height
+        self._remember(camera.position)  # which may be reported once more
+        self._size = (width, height) = (camera.image_width, camera.image_height)
+        sides = max(SIDES, 0.5 * (1.0 - framing.part) * width)
         window = Window(
-            fov=camera.fov,
-            width=camera.image_width,
+            fov=FIELD_OF_VIEW,
+            width=width,
             height=height,
             top=TOP,
             bottom=PHONE_COVERED * height if self._phone else BOTTOM,
-            sides=SIDES,
+            sides=sides,
         )
-        eye, focus = eye_showing(points, towards, window)
-        with self._client.atomic():
-            camera.position, camera.look_at = tuple(eye), tuple(focus)
-        self._placed = (np.array(camera.position), camera.update_timestamp, time.monotonic())
+        self._go(*eye_showing(framing.points, framing.towards, window))
 
     def start_following(self, place: np.ndarray) -> None:
         """Follow from here on what is now at a (2,) place of the ground, in m."""
-        self._followed = place
+        with self._mutex:
+            self._followed = place
 
-    def follow(self, place: np.ndarray) -> None:
-        """Move as what is followed moves to a (2,) place; how the user turned and zoomed it stays."""
-        if not self._has_arrived():
-            return
-        step = place - self._followed
-        if np.hypot(*step) < FOLLOW_STEP:
-            return
-        self._followed = place
-        # what the camera looks at moves along with its position
-        self._client.camera.position = self._client.camera.position + np.array([*step, 0.0])
+    def follow(self, place: np.ndarray, *, turn: float = 0.0) -> None:
+        """Move as what is followed moves to a (2,) place; how the user turned and zoomed it stays.
 
-    def _has_arrived(self) -> bool:
-        """Tell whether the browser has taken the camera where it was last placed.
-
-        What a busy browser reports in the meantime is where its camera was before; a step from there
-        would take the camera back.
+        Args:
+            place: in m.
+            turn: to circle it by, in rad.
         """
-        if self._placed is not None:
-            (position, placed, since), camera = self._placed, self._client.camera
-            reported = camera.update_timestamp != placed
-            arrived = reported and np.allclose(camera.position, position, rtol=0.0, atol=0.01)
-            if arrived or time.monotonic() - since > PATIENCE:
-                self._placed = None
-        return self._placed is None
+        with self._mutex:
+            self._follow(place, turn)
+
+    def _follow(self, place: np.ndarray, turn: float) -> None:
+        step = place - self._followed
+        if np.hypot(*step) < FOLLOW_STEP and not turn:
+            return
+        self._followed = place
+        move = np.array([*step, 0.0])
+        eye, focus = self._eye + move, self._focus + move
+        if turn:
+            middle, c, s = np.array([*place, 0.0]), math.cos(turn), math.sin(turn)
+            about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            eye, focus = (about @ (p - middle) + middle for p in (eye, focus))
+        self._go(eye, focus)
+
+    def _go(self, eye: np.ndarray, focus: np.ndarray) -> None:
+        self._eye, self._focus = eye, focus
+        self._remember(eye)
+        camera = self._client.camera
+        with self._client.atomic():
+            camera.position, camera.look_at = tuple(eye), tuple(focus)
+
+    def _remember(self, place: np.ndarray) -> None:
+        """Take note of a (3,) place that may be reported and is not the user's doing."""
+        self._sent[self._n_sent % KNOWN_PLACES] = place
+        self._n_sent += 1
+
+    def _reported(self) -> None:
+        """Take note of where the browser says that its camera is, and how large its scene is."""
+        camera = self._client.camera
+        with self._mutex:
+            place = np.array(camera.position)
+            if np.abs(self._sent - place).max(axis=1).min() > SAME:
+                self._eye, self._focus = place, np.array(camera.look_at)
+                self._framing = None  # it is the user's now
+            framing, size = self._framing, (camera.image_width, camera.image_height)
+            if framing is not None and size != self._size:
+                moved = np.array([*(self._followed - self._framed_at), 0.0])
+                self._show(Framing(framing.points + moved, self._eye - self._focus, framing.part))

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from app.replay.overlays import Overlays
 from app.replay.robot_drawing import RobotDrawing
-from app.replay.scene_camera import SceneCamera
+from app.replay.scene_camera import Framing, SceneCamera
 from app.replay.side_by_side import LaneStart, SideBySideReplay
 from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
@@ -104,6 +104,15 @@ class SideBySideScene:
         self._lanes: list[Lane] = []
         self._drawings: list[RobotDrawing] = []
         self._handles: list[viser.SceneNodeHandle] = []
+        self._framing: Framing | None = None
+
+    def look(self) -> bool:
+        """Look at all lanes again, if there are any; return whether there are."""
+        with self._mutex:
+            if self._replay is None or self._framing is None:
+                return False
+            self._camera.show(self._framing)
+            return True
 
     def show(self, replay: SideBySideReplay, moment: float, overlays: Overlays) -> None:
         """Draw a moment of all lanes, in s of their clock; other lanes than the last ones replace those."""
@@ -161,7 +170,8 @@ class SideBySideScene:
             self._draw_lines()
             back, ahead = min(n.back for n in self._lanes), max(n.start.distance for n in self._lanes)
             ends = (back - NAME_ROOM, ahead + 0.1), (self._lanes[-1].right, self._lanes[0].left), (0.0, 0.1)
-            self._camera.show(np.array(list(itertools.product(*ends))), EYE)
+            self._framing = Framing(np.array(list(itertools.product(*ends))), EYE)
+            self._camera.show(self._framing)
         self._replay = replay
 
     def _draw_lines(self) -> None:

@@ -199,8 +199,13 @@ class TransportPanel:
         """
         for widget in (self._more, self._target, self._noise, self._fresh, self._draw):
             widget.disabled = True
+        self.play_at(speed)
+
+    def play_at(self, speed: str, *, loop: bool = False) -> None:
+        """Play at one of ``SPEEDS``, over and over or once."""
         put(self._speed, speed)
-        self._player.speed = SPEEDS[speed]
+        put(self._loop, loop)
+        self._player.speed, self._player.loop = SPEEDS[speed], loop
 
     def select_trial(self, trial: TrialChoice) -> None:
         """Show which trial is played."""

@@ -9,7 +9,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.replay.player import ReplayMoment
-from app.replay.scene import Scene
+from app.replay.scene import Scene, View
 from app.replay.scene_camera import SceneCamera
 from app.replay.side_by_side import SideBySideReplay
 from app.replay.side_by_side_scene import SideBySideScene
@@ -107,6 +107,11 @@ class ReplaySource:
         else:
             self._label.remove()
             self._live.show(moment)
+
+    def look(self, view: View) -> None:
+        """Look at what is played another way; robots side by side are all shown."""
+        if not self._side_by_side.look():
+            self._scene.look(view)
 
     def clear(self) -> None:
         """Remove all robots from the scene."""

@@ -4,9 +4,10 @@ Read in this order:
 
 - ``session``: the panels, and what the user does with runs, generations and cells.
 - ``chosen_robot``: from a click to a replay; connects the panels about a robot.
+- ``greeting``: the best robot of a run, shown before anybody has chosen one.
 - ``navigation``: goes where the browser's address points, and keeps the address true.
 - ``address``: what an address says.
 - ``commands``: the command palette.
-- ``software_rendering``: what a browser without a graphics card is spared.
+- ``software_rendering``: tells who has no graphics card.
 - ``dump_session``: a browser that looks at a failed simulation instead of runs.
 """

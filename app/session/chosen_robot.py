@@ -17,17 +17,20 @@ from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.maps import archives_panel
 from app.maps.map_board import MapBoard
 from app.replay.ground_picker import GroundPicker
-from app.replay.player import Player
-from app.replay.scene import Scene
+from app.replay.player import Player, ReplayMoment
+from app.replay.scene import Scene, View, view_named
 from app.replay.scene_camera import SceneCamera
+from app.replay.scene_overlay import CALM, TOUCHED, SceneOverlay
 from app.replay.transport import TransportEvents, TransportPanel
 from app.robot import robot_panel
 from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
+from app.session.greeting import Greeting, best_target
 from app.state import Choice, Selection, ShownRun
 from engine.errors import InvalidData
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
+from engine.replay.recording import Playable
 from engine.replay.replay import Replay
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from engine.search.archive import Cell, cell_name
@@ -66,11 +69,14 @@ class ChosenRobot:
     ) -> None:
         self._run, self._choice, self._library, self._board = run, choice, library, board
         self._actions, self._moved = actions, moved
+        self._drawn: Playable | None = None
         guarded = actions.guarded
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._picker = GroundPicker(client.scene, actions)
         camera = SceneCamera(client)
         scene = Scene(client, camera)
+        self.overlay = SceneOverlay(client.gui)
+        """Lies over its scene."""
         self.player = Player(self._may_simulate, simulating)
         """Plays it."""
         self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
@@ -91,10 +97,12 @@ class ChosenRobot:
             client,
             self.player,
             scene,
-            TransportEvents(guarded(self.choose_trial), guarded(self.place_target)),
+            TransportEvents(guarded(self._choose_other_trial), guarded(self.place_target)),
             taken=archives_panel.WIDTH + robot_panel.WIDTH,
         )
-        self.player.show_with(self._source.show)
+        self._greeting = Greeting(self.overlay, scene, self._transport)
+        self.overlay.on_do(guarded(self._look))
+        self.player.show_with(self._show_moment)
         self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))
         self._panel.pin.on_click(ignoring_event(guarded(self._source.pins.pin_or_unpin)))
 
@@ -124,6 +132,8 @@ class ChosenRobot:
 
     def begin(self, reader: RunReader) -> None:
         """Show no robot, and offer the trials of a run that is about to be shown."""
+        self._greeting.end()
+        self.overlay.show_no_still()
         self._choice.forget()
         self._picker.cancel()
         self.player.unload()
@@ -153,18 +163,30 @@ class ChosenRobot:
             RunFileError: the run has no such evaluation.
             InvalidData: it was never tried so.
         """
+        self._end_greeting()
         reader = self._reader()
-        self._show(
-            reader,
-            Selection(
-                archive,
-                cell,
-                reader.evaluation(number),
-                reader.generation_of(number),
-                tuple(reader.lineage(number)),
-            ),
-            trial,
-        )
+        self._show(reader, Selection.of(reader, archive, cell, number), trial)
+
+    def greet(self, n_trials: int) -> None:
+        """Show the best robot of the run, if there is any, on its way to the target that it reaches best.
+
+        Args:
+            n_trials: how many robots the run has tried.
+
+        Raises:
+            RunFileError: the file cannot be read.
+        """
+        best = self._board.best()
+        if best is None or self._choice.selection is not None:
+            return
+        reader = self._reader()
+        chosen = Selection.of(reader, *best)
+        evaluation = chosen.evaluation
+        body = evaluation.solution.morphology
+        self.overlay.show_still(body, body.n_modules - 1 if evaluation.head_is_end else 0)
+        self._greeting.begin(n_trials)
+        self._choice.greets = True
+        self._show(reader, chosen, TrialChoice(target=best_target(evaluation)))
 
     def choose_ancestor(self, number: int) -> None:
         """Choose a robot from the lineage of the one that was clicked, and replay it, elite or not.
@@ -174,6 +196,7 @@ class ChosenRobot:
         """
         if (origin := self._choice.selection) is None:
             return
+        self._end_greeting()
         reader = self._reader()
         ancestor = dataclasses.replace(
             origin, evaluation=reader.evaluation(number), entered=reader.generation_of(number)
@@ -199,6 +222,34 @@ class ChosenRobot:
         self._transport.select_trial(trial)
         self.player.load(replay)
         self._moved()  # whoever waits for the robot need not wait for that
+
+    def _choose_other_trial(self, trial: TrialChoice) -> None:
+        self._end_greeting()
+        self.choose_trial(trial)
+
+    def _end_greeting(self) -> None:
+        self._choice.greets = False
+        self._greeting.end()
+
+    def look(self, view: View) -> None:
+        """Look at what is played another way."""
+        self._greeting.hold_still()
+        self._source.look(view)
+
+    def _look(self, what: str) -> None:
+        if what == CALM:
+            self._greeting.be_calm()
+        elif what == TOUCHED:
+            self._greeting.hold_still()
+        elif (view := view_named(what)) is not None:
+            self.look(view)
+
+    def _show_moment(self, moment: ReplayMoment) -> None:
+        self._source.show(moment)
+        self._greeting.tick()
+        if moment.replay is not self._drawn:
+            self._drawn = moment.replay
+            self.overlay.robot_is_there()
 
     def replay_dump(self, path: Path) -> None:
         """Play the last moments of a simulation that failed.

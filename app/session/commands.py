@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
 import viser
 from viser import IconName
@@ -12,8 +13,16 @@ from viser import IconName
 from app.gui.actions import Actions
 from app.gui.widgets import ignoring_event
 from app.maps.run_picker import RunPicker
+from app.replay.scene import View
 from app.runs.run_panel import RunPanel
 from app.session.chosen_robot import ChosenRobot
+
+LOOKS: Final[Sequence[tuple[View, str, str]]] = (
+    ("frame", "Frame the robot", "It and its target, as F does"),
+    ("top", "Look from above", "As T does"),
+    ("side", "Look from beside", "As B does"),
+    ("head", "Look at the head", "As H does"),
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -87,6 +96,10 @@ def viewing_commands(
             "Click on the ground where the robot is to crawl to",
             icon.TARGET,
             guarded(robot.place_target),
+        ),
+        *(
+            PaletteCommand(label, hint, icon.CAMERA, guarded(functools.partial(robot.look, view)))
+            for view, label, hint in LOOKS
         ),
         PaletteCommand(
             "Export this robot",

@@ -6,11 +6,12 @@ import viser
 
 from app.gui.lanes import Lane
 from app.replay.player import Player
-from app.replay.scene import Scene
+from app.replay.scene import Scene, view_named
 from app.replay.scene_camera import SceneCamera
+from app.replay.scene_overlay import SceneOverlay
 from app.replay.transport import TransportEvents, TransportPanel
 from app.robot.robot_panel import WIDTH, dock
-from app.session.software_rendering import spare_software_rendering
+from app.session.software_rendering import tell_of_software_rendering
 from engine.replay.dump import Dump
 from engine.replay.dump_replay import DumpReplay
 from viz.robot import robot_card
@@ -36,6 +37,13 @@ class DumpSession:
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
         scene = Scene(client, camera)
+        overlay = SceneOverlay(gui)
+
+        def look(what: str) -> None:
+            if (view := view_named(what)) is not None:
+                scene.look(view)
+
+        overlay.on_do(look)
         self._player = Player(lane=simulating)
         self._player.show_with(scene.show)
         transport = TransportPanel(
@@ -43,7 +51,7 @@ class DumpSession:
         )
         transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))
-        spare_software_rendering(client)
+        tell_of_software_rendering(client, overlay.show_chip)
 
     def cancel(self) -> None:
         """Give up what is played for a browser that has gone."""

@@ -16,6 +16,7 @@ from app.session.address import Address, AddressBar
 from app.session.chosen_robot import ChosenRobot
 from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
+from engine.replay.trial import FIRST_TRIAL
 from engine.search.archive import cell_name
 
 PATIENCE: Final = 4.0
@@ -35,6 +36,10 @@ class Traveller(Protocol):
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were."""
+        ...
+
+    def greet(self) -> None:
+        """Show the best robot of the run, if none is shown."""
         ...
 
 
@@ -91,12 +96,17 @@ class Navigation:
         if self._impatience is not None:
             self._impatience.cancel()
 
+    @property
+    def going(self) -> bool:
+        """Whether the session is on its way to what an address asks for."""
+        return self._going
+
     def update(self) -> None:
         """Bring the address up to date; on the way to what it asks for, leave it as it is.
 
         A page that is loaded again in the meantime then asks for the same.
         """
-        run, chosen = self._run, self._choice.selection
+        run, chosen = self._run, self._choice.wanted
         if run.path is None or self._bar is None or self._going:
             return
         self._bar.show(
@@ -106,7 +116,7 @@ class Navigation:
                 cell=None if chosen is None else chosen.own_cell,
                 robot=None if chosen is None else chosen.number,
                 generation=None if run.follow_newest else self._board.generation,
-                trial=self._choice.trial,
+                trial=FIRST_TRIAL if chosen is None else self._choice.trial,
             )
         )
 
@@ -121,6 +131,7 @@ class Navigation:
             self._go(traveller, robot, address)
         finally:
             self._going = False
+            traveller.greet()
             self.update()
 
     def _go(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:

@@ -25,7 +25,7 @@ from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
 from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
-from app.session.software_rendering import spare_software_rendering
+from app.session.software_rendering import tell_of_software_rendering
 from app.state import Choice, ShownRun
 from engine.errors import InvalidData, TensAtlasError
 from engine.search.archive import Cell
@@ -122,7 +122,7 @@ class Session:
         add_commands(client.gui, commands)
         self._navigation.begin(self, self._robot)
         self._robot.downloads.begin(client.gui)
-        spare_software_rendering(client)
+        tell_of_software_rendering(client, self._robot.overlay.show_chip)
 
     def open_next(self) -> None:
         """Show the next run in the list; after the last, the first."""
@@ -176,7 +176,14 @@ class Session:
         self._library.watch(self, path, self._run_moved, status)
         if self._breed is not None:
             self._breed.begin(path, reader)
+        if not self._navigation.going:
+            self.greet()
         self._navigation.update()
+
+    def greet(self) -> None:
+        """Show the best robot of the run, if none is shown."""
+        if self._run.path is not None and self._run.last is not None:
+            self._robot.greet(self._run.last.n_evaluations)
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""
@@ -254,6 +261,7 @@ class Session:
                 return
             self._offer(path)
             self._update(reader, status)
+            self.greet()  # with its first generation, a new run has a robot to show
 
         self._actions.put("run moved", update)
 

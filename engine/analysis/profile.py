@@ -18,6 +18,7 @@ from engine.search.archive import Cell
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from engine.tasks import Task
+from engine.tasks.goal_reaching import GOAL_REACHING
 from engine.tasks.squeezing import SQUEEZING, entrance
 from engine.tasks.task import fitness, target_offsets
 
@@ -84,6 +85,15 @@ def threshold(task: Task) -> float:
     if limit < half:
         return limit
     return half if (at := aperture(task)) is None else at
+
+
+def still_limit(task: Task) -> float:
+    """Return the |f_s| in m below which a robot counts as lying still.
+
+    That is the threshold of goal reaching, 0.79 cm, or that of the task if it is lower: what a robot gets by
+    chance that rolls over once where it lies, whatever a task counts as success.
+    """
+    return min(threshold(task), threshold(GOAL_REACHING))
 
 
 def count_above(values: Iterable[float], limit: float) -> int:

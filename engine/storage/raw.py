@@ -51,7 +51,11 @@ def raw_copy(path: Path, target: Path) -> None:
 
 def _read(path: Path, n: int, output: int | IO[bytes]) -> bytes:
     done = subprocess.run(
-        [*COMMAND, str(path), str(n)], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.PIPE
+        [*COMMAND, str(path), str(n)],
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.PIPE,
+        start_new_session=True,  # Ctrl-C is meant for this process, which then ends that one
     )
     if done.returncode:
         code = max(done.returncode, 0)

@@ -48,6 +48,7 @@ class _Onlooker:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 pass_fds=[f.fileno()],
+                start_new_session=True,  # Ctrl-C is not meant for it
             )
         self._n = 0
 

@@ -23,10 +23,10 @@ def take(out: Path, run: Path, seconds: float, size: tuple[int, int] = (1600, 90
         page.goto(f"http://127.0.0.1:{server.get_port()}")
         tiles = page.locator('svg[data-map=morphology] g[data-filled="1"]')
         tiles.first.wait_for()
-        hints = [h.split()[1] for h in tiles.evaluate_all("l => l.map(e => e.dataset.h)")]
+        hints = [h.split("f_s ")[1].split()[0] for h in tiles.evaluate_all("l => l.map(e => e.dataset.h)")]
         best = max(range(len(hints)), key=lambda k: float(hints[k]))
         tiles.nth(best).click(force=True)
-        page.locator(".ta-card").wait_for()
+        page.wait_for_url("**robot=**")  # no longer the robot that greets
         for notice in page.locator(".mantine-Notification-closeButton").all():
             notice.click()
         page.wait_for_function(

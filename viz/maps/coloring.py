@@ -7,6 +7,7 @@ quantity that is known by evaluation.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
@@ -41,7 +42,9 @@ class Coloring:
 
 
 FITNESS: Final = Coloring(
-    lambda _, elites: {c: e.f_s for c, e in elites.items()}, fitness_scale, lengths=True
+    lambda _, elites: {c: e.f_s for c, e in elites.items()},
+    functools.partial(fitness_scale, signed=True),
+    lengths=True,
 )
 AGE: Final = Coloring(
     lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
@@ -53,7 +56,7 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
     """Return a colouring by fitnesses in cm that are known for some evaluations, by their numbers."""
     return Coloring(
         lambda _, elites: {c: values[e.number] for c, e in elites.items() if e.number in values},
-        lambda shown: fitness_scale(shown, title),
+        lambda shown: fitness_scale(shown, title, signed=True),
         lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
         lengths=True,
     )
@@ -93,9 +96,18 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
+    return by_number(robust_fitness(reader), "robust f_s cm")
+
+
+def robust_fitness(reader: RunReader) -> dict[int, float]:
+    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
     robust = load_robust_of(reader)
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
-    return by_number({n: 100 * f_s for n, f_s in found.items()}, "robust f_s cm")
+    return {n: 100 * f_s for n, f_s in found.items()}
 
 
 USUAL: Final = "fitness f_s"

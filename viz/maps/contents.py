@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+from engine.analysis.profile import still_limit
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.search.archive import Cell
@@ -12,16 +13,36 @@ from engine.search.axes import Axis
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from engine.tasks import get_task
+from viz import words
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class ShownElite:
-    """What a map says of a robot: its evaluation's number and generation, its f_s in cm, its body."""
+    """What a map says of a robot.
+
+    Attributes:
+        number: of its evaluation.
+        f_s: in cm.
+        generation: of its evaluation.
+        morphology: its body.
+        still_below: |f_s| in cm below which it counts as lying still.
+    """
 
     number: int
     f_s: float
     generation: int
     morphology: Morphology
+    still_below: float = 0.0
+
+    @property
+    def lies_still(self) -> bool:
+        """Whether it does not come closer to its targets, nor go away from them."""
+        return abs(self.f_s) < self.still_below
+
+    @property
+    def body(self) -> str:
+        """Its faces, one figure each, of which a browser draws it."""
+        return "".join(map(str, self.morphology.faces))
 
     @property
     def hint(self) -> str:
@@ -31,7 +52,8 @@ class ShownElite:
         if body.stiffness_mode == "shared":
             stiff += f" ({stiffness_n_per_m(body.stiffness):.0f} N/m)"
         return (
-            f"f_s {self.f_s:.2f} cm\n{body.n_modules} modules, {stiff}\n"
+            f"{words.gained(self.f_s, self.still_below)} · f_s {self.f_s:.2f} cm\n"
+            f"{body.n_modules} modules, {stiff}\n"
             f"robot {self.number}, generation {self.generation}"
         )
 
@@ -61,12 +83,13 @@ def load_contents(reader: RunReader, generation: Generation) -> dict[str, Conten
     Raises:
         RunFileError: the file cannot be read or is damaged.
     """
-    distance = get_task(reader.config.task).target_distance
+    task = get_task(reader.config.task)
+    distance, still = task.target_distance, 100 * still_limit(task)
     return {
         name: Content(
             generation.archives[name].axes,
             {
-                cell: ShownElite(n, 100 * (distance - s.fitness), s.generation, s.morphology)
+                cell: ShownElite(n, 100 * (distance - s.fitness), s.generation, s.morphology, still)
                 for cell, (n, s) in cells.items()
             },
             generation.archives[name].coverage,

@@ -109,13 +109,18 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
         look, hint = 'class="e"', f"empty cell\n{axis_labels.describe(heatmap.axes, cell)}"
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
-        look += ' class="f"' if cell in heatmap.fresh else ""
+        kinds = [k for k, holds in (("f", cell in heatmap.fresh), ("z", tile.still)) if holds]
+        look += f' class="{" ".join(kinds)}"' if kinds else ""
         hint = tile.hint
     return (
         f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"'
-        f' data-filled="{int(tile is not None)}" data-h="{html.escape(hint)}">'
+        f' data-filled="{int(tile is not None)}"{_body(tile)} data-h="{html.escape(hint)}">'
         f'<rect x="{x}" y="{y}" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" {look}/></g>'
     )
+
+
+def _body(tile: Tile | None) -> str:
+    return f' data-b="{html.escape(tile.body)}"' if tile and tile.body else ""
 
 
 def _x_labels(x_axis: Axis, y_axis: Axis) -> str:

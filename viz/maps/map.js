@@ -9,15 +9,15 @@
   const REST = 220; // ms without another arrow key after which the marked robot is chosen
 
   // ---- where things are in a picture
-  // A picture of thousands of cells holds them as a table: "x,y,i.j.k.l,hint,numbers;..."
+  // A picture of thousands of cells holds them as a table: "x,y,i.j.k.l,hint,numbers,faces;..."
   const tableOf = (map) => {
     if (map.taCells) return map.taCells;
     const [w, h] = sizeOf(map);
     const rows = map.dataset.cells.split(";").filter(Boolean);
     map.taHints = JSON.parse(map.dataset.hints);
     map.taCells = rows.map((row) => {
-      const [x, y, name, hint, numbers] = row.split(",");
-      return { name: name.replaceAll(".", ","), x: +x, y: +y, w, h, element: map, hint: +hint, numbers };
+      const [x, y, name, hint, numbers, body] = row.split(",");
+      return { name: name.replaceAll(".", ","), x: +x, y: +y, w, h, element: map, hint: +hint, numbers, body };
     });
     return map.taCells;
   };
@@ -47,14 +47,21 @@
     "background:#161718f5;color:#e6e9ee;border:1px solid #ffffff2e;box-shadow:0 4px 14px #0008;" +
     "font-variant-numeric:tabular-nums";
   const look = document.createElement("style");
-  look.textContent = "#ta-tip::first-line{font-weight:600}";
+  look.textContent =
+    "#ta-tip>div::first-line{font-weight:600}#ta-tip svg{display:block;width:190px;max-height:96px;margin-top:4px}";
   document.head.appendChild(look);
+  const said = card.appendChild(document.createElement("div"));
+  const drawn = card.appendChild(document.createElement("div"));
+  let drawnBody = "";
 
   const hideCard = () => {
     card.style.display = "none";
   };
-  const showCard = (event, text) => {
-    card.textContent = text;
+  // faces: of the robot that is drawn below the text, if any
+  const showCard = (event, text, faces = "") => {
+    if (said.textContent !== text) said.textContent = text;
+    if (faces !== drawnBody) drawn.innerHTML = faces && window.taBody ? window.taBody(faces, -1) : "";
+    drawnBody = faces;
     // an open dialog hides all that is not in it
     (event.target.closest("dialog") || document.body).appendChild(card);
     card.style.display = "block";
@@ -127,7 +134,7 @@
     readingLine = null;
     if (!found) return hideCard();
     if (found.dataset.points) return readTrend(found, event) || hideCard();
-    if (!isTable(found)) return showCard(event, found.dataset.h);
+    if (!isTable(found)) return showCard(event, found.dataset.h, found.dataset.b);
     const cell = nearest(found, event);
     if (!cell) {
       unmark(found);
@@ -136,7 +143,7 @@
     }
     found.dataset.c = `${found.dataset.map}:${cell.name}`;
     mark(found, cell);
-    showCard(event, hintOf(found, cell));
+    showCard(event, hintOf(found, cell), cell.body);
   };
   document.addEventListener("pointermove", pointAt, true);
   document.addEventListener("pointerdown", pointAt, true);

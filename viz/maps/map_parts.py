@@ -14,6 +14,7 @@ TOP: Final = 14
 WIDTH: Final = 400
 """Width of a map of 9 columns, the usual one. Other pictures keep to it, so that their texts match."""
 SHARED_STYLE: Final = (
+    ".ta-map .z{fill-opacity:.38}"
     ".ta-map{outline-offset:3px;border-radius:4px}.ta-map:focus{outline:none}"
     f".ta-map:focus-visible{{outline:2px solid rgb{theme.ACCENT}}}"
     "@keyframes ta-flash{from{fill:#fff;stroke:#fff;stroke-width:3}}"
@@ -24,10 +25,19 @@ SHARED_STYLE: Final = (
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tile:
-    """A filled cell: the lines of its hover card, the number of its evaluation."""
+    """A filled cell.
+
+    Attributes:
+        hint: the lines of its hover card.
+        number: of its evaluation.
+        body: the faces of its robot, which the hover card draws; empty for no drawing.
+        still: whether the robot lies still, which is pale.
+    """
 
     hint: str
     number: int
+    body: str = ""
+    still: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

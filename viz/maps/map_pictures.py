@@ -107,7 +107,7 @@ def pictures(
     palette: Palette = Palette(),  # noqa: B008  it cannot be changed
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
 ) -> list[MapPicture]:
-    """Return the pictures of some views, all of one scale.
+    """Return the pictures of some views, the scale of each fitted to its archive.
 
     Args:
         contents: the archives by name.
@@ -123,18 +123,16 @@ def pictures(
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
     values = [coloring.values(s.axes, s.elites) for s in shown]
     reference, by = fitted_to or (contents, coloring)
-    scale = palette.apply(
-        coloring.scale(_values(reference, by, views, chosen)),
-        _values(contents, coloring, views, chosen),
-        lengths=coloring.lengths,
-    )
-    fallback = palette.apply(
-        FITNESS.scale(_values(reference, FITNESS, views, chosen)),
-        _values(contents, FITNESS, views, chosen),
-        lengths=True,
-    )
     drawn = []
     for s, known in zip(shown, values, strict=True):
+        ways = [v for v in views if v.archive == s.view.archive]
+        # what a map has no values of, it shows by its fitness
+        way, of = (coloring, by) if known or not s.elites else (FITNESS, FITNESS)
+        scale = palette.apply(
+            of.scale(_values(reference, of, ways, chosen)),
+            _values(contents, way, ways, chosen),
+            lengths=way.lengths,
+        )
         picture = MapPicture(
             view=s.view,
             axes=s.axes,
@@ -143,9 +141,12 @@ def pictures(
             sources=s.sources,
             title=s.view.title(s.content.axes, s.outer),
             figures=_figures(s.view, s.content, s.axes, s.elites),
-            tiles={c: Tile(_hint(e, coloring, known.get(c)), e.number) for c, e in s.elites.items()},
+            tiles={
+                c: Tile(_hint(e, coloring, known.get(c)), e.number, e.body, e.lies_still)
+                for c, e in s.elites.items()
+            },
             values=known or FITNESS.values(s.axes, s.elites),
-            scale=scale if known or not s.elites else fallback,
+            scale=scale,
         )
         drawn.append(_with_fresh(picture, before))
     return drawn
@@ -162,8 +163,9 @@ def outer_cell(content: Content, chosen: int | None) -> Cell | None:
 def _values(
     contents: Mapping[str, Content], coloring: Coloring, views: Sequence[MapView], chosen: int | None
 ) -> list[float]:
-    """Return the values of whole archives; where a colouring has none of these, those of the views."""
-    whole = [v for c in contents.values() for v in coloring.values(c.axes, c.elites).values()]
+    """Return the values of the views' whole archives; where a colouring has none, those of the views."""
+    names = {view.archive for view in views} & set(contents)
+    whole = [v for n in names for v in coloring.values(contents[n].axes, contents[n].elites).values()]
     if whole:
         return whole
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views if view.archive in contents]

@@ -178,7 +178,7 @@ def ring_style(nested: NestedMap, ring: Ring | None) -> str:
 
 
 def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
-    """Return the filled cells as ``x,y,i.j.k.l,H,numbers;``... and the texts that H counts.
+    """Return the filled cells as ``x,y,i.j.k.l,H,numbers,faces;``... and the texts that H counts.
 
     The hover cards differ in hardly more than their numbers, so a text has marks in their places.
     """
@@ -189,7 +189,7 @@ def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
         hint = nested.tiles[cell].hint
         kind = known.setdefault(_NUMBER.sub(MARK, hint), len(known))
         numbers = " ".join(_NUMBER.findall(hint))
-        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers}")
+        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers},{nested.tiles[cell].body}")
     return ";".join(rows), list(known)
 
 
@@ -215,15 +215,16 @@ def _frame(nested: NestedMap, g: Geometry, outer: Cell) -> str:
 
 
 def _paths(nested: NestedMap, g: Geometry) -> str:
-    groups: dict[tuple[int, bool], list[str]] = defaultdict(list)
+    groups: dict[tuple[int, str], list[str]] = defaultdict(list)
     for cell in sorted(nested.tiles):
         step = nested.scale.step(nested.values.get(cell))
-        key = (-1 if step is None else step, cell in nested.fresh)
+        kinds = "f" * (cell in nested.fresh) + " z" * nested.tiles[cell].still
+        key = (-1 if step is None else step, kinds.strip())
         groups[key].append(_square(*g.corner(cell), *g.cell))
     return "".join(
-        f"<path{' class=' + chr(34) + 'f' + chr(34) if fresh else ''}"
+        f"<path{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}"
         f' fill="{nested.scale.step_color(None if step < 0 else step)}" d="{"".join(squares)}"/>'
-        for (step, fresh), squares in sorted(groups.items())
+        for (step, kinds), squares in sorted(groups.items())
     )
 
 

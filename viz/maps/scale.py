@@ -12,8 +12,9 @@ import numpy as np
 
 from viz import theme
 
-STEPS = 48
-"""Colours of a scale. More could not be told apart; fewer colours make smaller pictures."""
+STEPS = 49
+"""Colours of a scale; the middle one is 0's where 0 is the middle. More could not be told apart; fewer
+colours make smaller pictures."""
 _STOPS = 12
 NO_VALUE = "#7d8590"
 """The colour of a filled cell whose value is not known."""
@@ -29,6 +30,8 @@ class Scale:
         below, above: whether values beyond an end are drawn in its colour.
         whole: whether values are whole numbers.
         colormap: one of ``theme.MAPS``.
+        signed: whether 0 stands apart: if values lie on both sides of it, it is the middle of the scale,
+            grey, and each side has half of the colours.
     """
 
     title: str
@@ -38,13 +41,32 @@ class Scale:
     above: bool = False
     whole: bool = False
     colormap: str = "viridis"
+    signed: bool = False
+
+    @property
+    def about_zero(self) -> bool:
+        """Whether 0 is its middle."""
+        return self.signed and self.low < 0.0 < self.high
+
+    def part(self, value: float) -> float:
+        """Return where on the scale, 0 to 1, a value lies."""
+        if self.about_zero:
+            part = 0.5 + 0.5 * value / (self.high if value > 0.0 else -self.low)
+        else:
+            part = (value - self.low) / (self.high - self.low)
+        return min(max(part, 0.0), 1.0)
+
+    def value(self, part: float) -> float:
+        """Return the value at a part, 0 to 1, of the scale."""
+        if self.about_zero:
+            return (2.0 * part - 1.0) * (self.high if part > 0.5 else -self.low)
+        return self.low + part * (self.high - self.low)
 
     def step(self, value: float | None) -> int | None:
         """Return which of the ``STEPS`` colours a value takes, None for an unknown one."""
         if value is None:
             return None
-        part = (value - self.low) / (self.high - self.low)
-        return round((STEPS - 1) * min(max(part, 0.0), 1.0))
+        return round((STEPS - 1) * self.part(value))
 
     def color(self, value: float | None) -> str:
         """Return the ``#rrggbb`` colour of a value."""
@@ -52,17 +74,14 @@ class Scale:
 
     def step_color(self, step: int | None) -> str:
         """Return the ``#rrggbb`` colour of a step."""
-        return NO_VALUE if step is None else _color(step, self.colormap)
+        return NO_VALUE if step is None else _color(step, self.colormap, self.about_zero)
 
     def ticks(self) -> dict[float, str]:
         """Return labels by their part, 0 to 1, of the scale."""
-        values = [self.low + p * (self.high - self.low) for p in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        values = [self.value(p) for p in (0.0, 0.25, 0.5, 0.75, 1.0)]
         if self.whole:
             values = sorted({float(round(v)) for v in values})
-        labels = {
-            (v - self.low) / (self.high - self.low): (f"{v:.0f}" if self.whole else f"{v:.3g}")
-            for v in values
-        }
+        labels = {self.part(v): (f"{v:.0f}" if self.whole else f"{v:.3g}") for v in values}
         if self.below:
             labels[0.0] = f"≤{labels[0.0]}"
         if self.above:
@@ -119,10 +138,10 @@ def color_limits(values: Collection[float]) -> tuple[float, float]:
     return (float(low), float(max(high, low + 1)))
 
 
-def fitness_scale(values: Collection[float], title: str = "f_s cm") -> Scale:
+def fitness_scale(values: Collection[float], title: str = "f_s cm", *, signed: bool = False) -> Scale:
     """Return a scale for fitnesses in cm."""
     low, high = color_limits(values)
-    return Scale(title, low, high, below=min(values, default=low) < low)
+    return Scale(title, low, high, below=min(values, default=low) < low, signed=signed)
 
 
 def count_scale(values: Collection[float], title: str) -> Scale:
@@ -136,22 +155,23 @@ def count_scale(values: Collection[float], title: str) -> Scale:
 def bar(scale: Scale, x: float, y: float, width: float, height: float) -> str:
     """Return the colours of a bar as SVG: upwards if it is taller than wide, else to the right."""
     upright = height > width
-    name = f"ta-{scale.colormap}-{'up' if upright else 'right'}"
+    name = f"ta-{scale.colormap}{'-zero' if scale.about_zero else ''}-{'up' if upright else 'right'}"
     direction = 'x1="0" y1="1" x2="0" y2="0"' if upright else 'x1="0" y1="0" x2="1" y2="0"'
     return (
-        f'<linearGradient id="{name}" {direction}>{_stops(scale.colormap)}</linearGradient>'
+        f'<linearGradient id="{name}" {direction}>{_stops(scale.colormap, scale.about_zero)}</linearGradient>'
         f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="url(#{name})"/>'
     )
 
 
 @functools.cache  # of the few colour maps there are; asking Plotly for the colours takes 10 ms
-def _stops(colormap: str) -> str:
+def _stops(colormap: str, about_zero: bool) -> str:
     parts = [k / _STOPS for k in range(_STOPS + 1)]
     return "".join(
-        f'<stop offset="{part:.4g}" stop-color="{theme.color_at(part, colormap)}"/>' for part in parts
+        f'<stop offset="{part:.4g}" stop-color="{theme.color_at(part, colormap, about_zero=about_zero)}"/>'
+        for part in parts
     )
 
 
 @functools.lru_cache(maxsize=1024)
-def _color(step: int, colormap: str) -> str:
-    return theme.color_at(step / (STEPS - 1), colormap)
+def _color(step: int, colormap: str, about_zero: bool) -> str:
+    return theme.color_at(step / (STEPS - 1), colormap, about_zero=about_zero)

@@ -12,6 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from engine.analysis.comparison import Comparison, TaskComparison, published
 from engine.analysis.elite_maps import GRID
+from viz import words
 from viz.report.maps import MOST_RUNS, maps_figure
 from viz.report.nested import nested_figure
 from viz.report.style import LIGHT, ReportLook
@@ -217,9 +218,8 @@ def render_page(comparison: Comparison, sections: tuple[ReportSection, ...]) -> 
         '<meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}</title><style>{_css('page.css')}{style()}</style>"
         f"<script>{get_plotlyjs()}</script></head><body><header><h1>{html.escape(tasks.capitalize())}</h1>"
-        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape('; '.join(groups))}{at}. f<sub>s</sub> is how"
-        " many centimetres closer a robot ends to its targets than it started, the worst target counting"
-        " extra; the QD score is the sum of f<sub>s</sub> over a map's filled cells.</p>"
+        f"<p>{n} {'run' if n == 1 else 'runs'} of {html.escape('; '.join(groups))}{at}."
+        f" {words.markup(words.F_S)} {words.markup(words.QD_SCORE)} {words.PCA}</p>"
         f"<nav>{links}</nav></header><main>{body}</main>"
         "<footer>Made by TensAtlas.</footer></body></html>"
     )

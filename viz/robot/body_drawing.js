@@ -3,7 +3,7 @@ window.taBody ||= (() => {
   const data = @data@;
   // faces: a figure from 1 to 8 for each module; head: index of the head module
   return (faces, head) => {
-    const [dx, dy] = data.step, n = faces.length, margin = 48, c = data.colors;
+    const [dx, dy] = data.step, n = faces.length, margin = 60, c = data.colors;
     const thick = Math.max(1, n / 5); // long robots are drawn smaller
     const parts = [...faces].map((face, i) => {
       const m = data.modules[i % 2][face - 1];

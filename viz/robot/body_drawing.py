@@ -23,8 +23,8 @@ from viz.robot.skeleton import Skeleton
 RIGHT: Final = np.array([0.906, -0.423, 0.0])
 UP: Final = np.array([0.145, 0.31, 0.94])
 """Where a point's x and y of the drawing come from, seen from before the row and a little above."""
-MARGIN: Final = 48
-"""Units around the middles of the first and the last module."""
+MARGIN: Final = 60
+"""Units around the middles of the first and the last module, as in the script."""
 UNIT: Final = 0.001
 """Metres of a unit of the drawing."""
 
@@ -55,13 +55,18 @@ def script() -> str:
 @functools.cache
 def symbols() -> str:
     """Return hidden SVG with a symbol of every drawing of a module; what ``svg`` returns refers to them."""
-    colors = {"rods": "var(--ta-rod)", "servo": theme.css(theme.SERVO_ROD), "cables": theme.css(theme.CABLE)}
+    colors = {
+        "rods": "var(--ta-rod)",
+        "servo": theme.css(theme.SERVO_ROD),
+        "cables": theme.css(theme.CABLE_TAUT),
+    }
     found = []
     for odd in (0, 1):
         for face in range(1, N_FACES + 1):
             paths = _module(face, odd)
             lines = "".join(
-                f'<path d="{paths[what]}" stroke="{colors[what]}" stroke-width="{width}"/>'
+                f'<path d="{paths[what]}" style="stroke:{colors[what]};'
+                f'stroke-width:calc({width}px*var(--ta-thick))"/>'
                 for what, width in (("cables", 0.9), ("rods", 3.6), ("servo", 3.6))
             )
             found.append(f'<symbol id="ta-module-{odd}-{face}" overflow="visible">{lines}</symbol>')
@@ -82,7 +87,7 @@ def svg(morphology: Morphology, head: int) -> str:
     top = min((n - 1) * dy, 0.0) - MARGIN
     modules = "".join(
         f'<use href="#ta-module-{i % 2}-{face}" x="{i * dx:.1f}" y="{i * dy:.1f}"'
-        f' style="--ta-rod:{theme.css(theme.HEAD_ROD if i == head else theme.ROD)}"/>'
+        f' style="--ta-thick:{max(1.0, n / 5):g};--ta-rod:{theme.css(theme.HEAD_ROD if i == head else theme.ROD)}"/>'
         for i, face in enumerate(morphology.faces)
     )
     return (

@@ -6,18 +6,20 @@ import html
 
 import numpy as np
 
+from engine.analysis.profile import still_limit
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
 from engine.replay.dump import Dump
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
-from viz import theme
+from viz import theme, words
 
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;padding:2px 0">'
     '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
 )
+_EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
 
 def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int | None) -> str:
@@ -36,11 +38,13 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
         f'<div style="font-size:17px;font-weight:600">Robot {solution.number}'
         f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
-        _headline(f_s),
+        _headline(f_s, 100 * still_limit(task)),
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
-        _ROW.format("faces", " ".join(map(str, body.faces))),
-        _ROW.format("head", "last module" if evaluation.head_is_end else "first module"),
+        _ROW.format(_explained("faces", words.FACES), " ".join(map(str, body.faces))),
+        _ROW.format(
+            _explained("head", words.HEAD), "last module" if evaluation.head_is_end else "first module"
+        ),
         _ROW.format("descends from", _origin(evaluation)),
     ]
     if entered is not None:
@@ -90,13 +94,20 @@ def _stiffness(body: Morphology) -> str:
     return f"{body.stiffness_text} (first to last)"
 
 
-def _headline(f_s: float | None) -> str:
+def _headline(f_s: float | None, still: float) -> str:
+    """Return in words how much closer a robot comes, and its f_s beside it; all in cm."""
     if f_s is None:
         return ""
+    said = _explained(f"f<sub>s</sub> {f_s:.2f} cm", words.F_S)
     return (
-        f'<div style="margin:2px 0 6px"><span style="font-size:22px;font-weight:600">{f_s:.1f} cm'
-        '</span><span style="opacity:.65"> fitness f<sub>s</sub></span></div>'
+        '<div style="margin:2px 0 6px"><span style="font-size:22px;font-weight:600">'
+        f'{words.gained(f_s, still)}</span> <span style="opacity:.65">{said}</span></div>'
     )
+
+
+def _explained(markup: str, sentence: str) -> str:
+    """Return words with a sentence about them that a mouse brings up."""
+    return _EXPLAINED.format(html.escape(words.plain(sentence)), markup)
 
 
 def _origin(evaluation: Evaluation) -> str:

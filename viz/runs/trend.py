@@ -11,6 +11,7 @@ from typing import Final
 
 from engine.analysis.profile import Profile, ProfileHistory
 from engine.storage.rows import ArchiveFigures, Generation
+from viz import words
 
 WIDTH: Final = 396
 COLUMN, ROW = 206, 72
@@ -52,6 +53,13 @@ MEASURES: Final = (
     Measure("QD with offset", "cm", lambda _, p: _times_100(p.offset_qd_score), 0),
 )
 
+EXPLAINED: Final = {
+    "best f_s": words.F_S,
+    "mean f_s": words.F_S,
+    "QD score": words.QD_SCORE,
+    "coverage": words.COVERAGE,
+}
+"""What there is to say about some of them."""
 ROWS: Final = len(MEASURES) // 2
 
 
@@ -141,7 +149,8 @@ def _plot(
         values.append(f'<tspan fill="{color}" font-weight="600"> {measure.text(value)}</tspan>')
     back = '<tspan dy="-2"> </tspan>' if "f_s" in measure.name else ""
     parts.append(
-        f'<text x="{left}" y="{top - 6}" fill="currentColor">{title}{back}{"".join(values)}'
+        f'<text x="{left}" y="{top - 6}" fill="currentColor">{_explanation(measure)}'
+        f"{title}{back}{''.join(values)}"
         f'<tspan fill-opacity="0.75"> {measure.unit}</tspan></text>'
     )
     if k >= len(MEASURES) - 2:
@@ -155,6 +164,12 @@ def _plot(
             for place, anchor, label in ends
         ]
     return "".join(parts)
+
+
+def _explanation(measure: Measure) -> str:
+    """Return the sentence about a measure that a mouse brings up, as SVG; empty for none."""
+    sentence = EXPLAINED.get(measure.name)
+    return "" if sentence is None else f"<title>{html.escape(words.plain(sentence))}</title>"
 
 
 def _legend(archives: Sequence[str]) -> str:

@@ -218,3 +218,27 @@ def test_clicks_name_every_map_whatever_a_file_calls_its_archives(archives: list
     names = [v.name for v in layouts(dict.fromkeys(archives, axes))[ONLY]]
     assert len(set(names)) == len(archives)
     assert all(_CLICK.fullmatch(f"{name}:1,2|3") for name in names)
+
+
+def test_the_best_robot_is_the_best_under_new_noise_if_that_is_known(
+    panel: Panel, small_run: Path, tmp_path: Path
+) -> None:
+    path = Path(shutil.copy(small_run, tmp_path / "run.tsmr"))
+    with RunReader(path) as reader:
+        last = reader.generations()[-1]
+        cells = reader.elites(last)
+        fitness = {n: s.fitness for elites in cells.values() for n, s in elites.values()}
+        board = new_board(panel)
+        assert board.best() is None
+        board.show(reader, last)
+        found = board.best()
+        assert found is not None
+        archive, cell, number = found
+        assert cells[archive][cell][0] == number
+        assert fitness[number] == min(fitness.values())
+        luckless = max(fitness, key=lambda n: (fitness[n], n))
+        samples = {n: {1: 0.1 if n == luckless else 0.6} for n in fitness}
+        save_robust(Robustness(reader.created_at, {}, fitness, samples), robust_path(path))
+        found = board.best()
+        assert found is not None
+        assert found[2] == luckless

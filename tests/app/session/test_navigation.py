@@ -59,10 +59,16 @@ class App:
         self.run.follow_newest, self.generation = False, number
         self.navigation.update()
 
+    def greet(self) -> None:
+        if self.choice.selection is None:
+            self.choice.greets = True
+            self.choice.select(Selection("morphology", (0, 0), self._reader.evaluation(5), 0))
+
     def holder(self, _archive: str, cell: tuple[int, ...]) -> int | None:
         return 3 if cell == (1, 2) else None
 
     def choose(self, archive: str, cell: tuple[int, ...], number: int, _trial: object) -> None:
+        self.choice.greets = False
         self.choice.select(Selection(archive, cell, self._reader.evaluation(number), 0))
         self.navigation.update()
 

@@ -1,4 +1,4 @@
-"""What a browser without a graphics card is spared."""
+"""What a browser without a graphics card is told, and what every browser is spared."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.server.server import serve
-from app.session.software_rendering import draws_in_software
+from app.session.software_rendering import CHIP, draws_in_software
 from benchmarks.synthetic_browser import Message, SyntheticBrowser, html_with
 
 SWIFTSHADER = (
@@ -32,10 +32,7 @@ def test_renderers_without_a_graphics_card_are_known(renderer: str, expected: bo
     assert draws_in_software(renderer) == expected
 
 
-def test_only_a_browser_that_draws_in_software_goes_without_shadows(small_run: Path) -> None:
-    def lights(message: Message) -> bool:
-        return message["type"] == "EnableLightsMessage"
-
+def test_only_a_browser_that_draws_in_software_is_told_so(small_run: Path) -> None:
     with serve([small_run], host="127.0.0.1", port=0) as server:
         address, heard = f"http://127.0.0.1:{server.get_port()}", list[Message]()
         with SyntheticBrowser(address, heard=heard.append) as browser:
@@ -45,7 +42,22 @@ def test_only_a_browser_that_draws_in_software_goes_without_shadows(small_run: P
             browser.wait(html_with("taArrived"), mark)
             time.sleep(0.5)
         assert heard
-        assert not [message for message in heard if lights(message)]
+        assert not any(html_with(CHIP)(message) for message in heard)
         with SyntheticBrowser(address) as browser:
             browser.set("graphics", f"{SWIFTSHADER}|1")
-            browser.wait(lambda message: lights(message) and not message["cast_shadow"], 0)
+            browser.wait(html_with(CHIP), 0)
+
+
+def test_no_browser_has_to_draw_shadows_or_surroundings(small_run: Path) -> None:
+    heard = list[Message]()
+    with (
+        serve([small_run], host="127.0.0.1", port=0) as server,
+        SyntheticBrowser(f"http://127.0.0.1:{server.get_port()}", heard=heard.append) as browser,
+    ):
+        browser.uuid("graphics")
+        browser.wait(lambda message: message["type"] == "EnableLightsMessage", 0)
+    (lights,) = (m for m in heard if m["type"] == "EnableLightsMessage")
+    (surroundings,) = (m for m in heard if m["type"] == "EnvironmentMapMessage")
+    assert not lights["enabled"]
+    assert surroundings["hdri_data"] is None
+    assert not [m for m in heard if m.get("props", {}).get("cast_shadow")]

@@ -13,6 +13,7 @@ from engine.analysis.profile import (
     counts_above,
     map_over_time,
     offset_qd_score,
+    still_limit,
     threshold,
     unsteered_limit,
 )
@@ -60,6 +61,11 @@ def test_the_aperture_is_where_the_paper_draws_its_line():
     # a robot gets there without steering
     assert threshold(SQUEEZING) == aperture(SQUEEZING) < unsteered_limit(SQUEEZING)
     assert threshold(a_task(0.1, -0.1)) == 0.25
+
+
+def test_a_robot_lies_still_below_what_chance_gets_in_every_task():
+    assert 100 * still_limit(GOALS) == pytest.approx(0.79, abs=0.01)
+    assert still_limit(SQUEEZING) == still_limit(GOALS) < threshold(SQUEEZING)
 
 
 def test_counts_by_hand():

@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import json
+import os
 import zipfile
 
 import mujoco
@@ -215,7 +216,7 @@ def test_a_full_disk_is_no_reason_to_stop(failures, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(engine.replay.dump.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     assert folder_of(tmp_path / "d").keep(failures[0]) == " (not dumped: No space left on device)"
     assert not list((tmp_path / "d").iterdir())
 

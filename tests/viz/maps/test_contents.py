@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+from xml.etree import ElementTree
 
 import pytest
 from hypothesis import given
@@ -8,13 +9,16 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData, RunFileError
+from engine.search.archive import cell_name
 from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
+from viz import words
 from viz.maps import axis_labels
 from viz.maps.coloring import AGE, FITNESS, by_number, by_visits
 from viz.maps.contents import Content, ShownElite, load_contents
 from viz.maps.layouts import BY_BODY, NESTED, ONLY, PROJECTED, layouts
 from viz.maps.map_pictures import outer_cell, pictures
+from viz.maps.scale import Palette
 
 BODY = (Axis("modules", 1.5, 10.5, 9), Axis("stiffness", 0.05, 1.05, 10))
 PCA = (Axis("PCA 1", -4.5, 4.5, 9), Axis("PCA 2", -5.0, 5.0, 10))
@@ -192,3 +196,39 @@ def test_cells_are_named_by_what_they_stand_for() -> None:
     assert not axis_labels.is_body(GRID.axes)
     with pytest.raises(InvalidData, match="outside"):
         body_cell((Axis("modules", 1.5, 3.5, 2),), Morphology(1, (1,) * 9))
+
+
+def test_every_archive_has_a_scale_of_its_own() -> None:
+    far = Content(GRID.axes, {cell: elite(e.number, 10 * e.f_s) for cell, e in GRID.elites.items()})
+    contents = {"near": GRID, "far": far}
+    views = [v for name in contents for v in layouts({name: GRID.axes})[PROJECTED]]
+    shown = pictures(contents, views, FITNESS)
+    scales = {
+        name: {(p.scale.low, p.scale.high) for p in shown if p.view.archive == name} for name in contents
+    }
+    assert {len(s) for s in scales.values()} == {1}
+    alone = pictures({"near": GRID}, [v for v in views if v.archive == "near"], FITNESS)
+    assert scales["near"] == {(p.scale.low, p.scale.high) for p in alone}
+    assert max(scales["far"]) > max(scales["near"])
+    fixed = pictures(contents, views, FITNESS, palette=Palette(limits=(-1.0, 4.0)))
+    assert {(p.scale.low, p.scale.high) for p in fixed} == {(-1.0, 4.0)}
+
+
+def test_who_lies_still_is_pale_and_cards_say_so_in_words(small_reader: RunReader) -> None:
+    content = load_contents(small_reader, small_reader.generations()[-1])["morphology"]
+    view = layouts({"morphology": content.axes})[ONLY]
+    (picture,) = pictures({"morphology": content}, view, FITNESS)
+    svg = ElementTree.fromstring(picture.render(None, "go()"))
+    seen = set()
+    for cell, found in content.elites.items():
+        (drawn,) = (g for g in svg.iter("g") if g.get("data-c") == f"morphology:{cell_name(cell)}")
+        kinds = (drawn[0].get("class") or "").split()
+        assert ("z" in kinds) == found.lies_still == (abs(found.f_s) < 0.79) == ("lies still" in found.hint)
+        assert drawn.get("data-b") == "".join(map(str, found.morphology.faces))
+        seen.add(words.gained(found.f_s, found.still_below).split()[-1])
+    assert seen <= {"still", "closer", "farther"}
+
+
+def test_what_is_gained_in_words() -> None:
+    said = [words.gained(f_s, 0.79) for f_s in (6.41, 0.8, 0.78, 0.0, -0.78, -5.12)]
+    assert said == ["6.4 cm closer", "0.8 cm closer", *["lies still"] * 3, "5.1 cm farther"]

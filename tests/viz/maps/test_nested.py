@@ -32,7 +32,7 @@ def table(svg: ElementTree.Element) -> dict[Cell, tuple[tuple[int, int], str]]:
     hints = json.loads(svg.attrib["data-hints"])
     found = {}
     for row in filter(None, svg.attrib["data-cells"].split(";")):
-        x, y, cell, kind, numbers = row.split(",")
+        x, y, cell, kind, numbers, _body = row.split(",")
         rest = iter(numbers.split(" "))
         hint = re.sub(MARK, lambda _, rest=rest: next(rest), hints[int(kind)])
         found[tuple(map(int, cell.split(".")))] = ((int(x), int(y)), hint)

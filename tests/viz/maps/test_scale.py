@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from viz import theme
 from viz.maps.scale import STEPS, Palette, Scale, bar, color_limits, count_scale, fitness_scale
 
 
@@ -31,7 +32,7 @@ def test_scales_of_nothing() -> None:
     assert (count_scale([], "n").low, count_scale([], "n").high) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize(("value", "step"), [(-1e9, 0), (1e9, STEPS - 1), (0.5, (STEPS - 1) // 2 + 1)])
+@pytest.mark.parametrize(("value", "step"), [(-1e9, 0), (1e9, STEPS - 1), (0.5, (STEPS - 1) // 2)])
 def test_values_beyond_the_scale_take_its_end(value: float, step: int) -> None:
     scale = Scale("x", 0.0, 1.0)
     assert scale.step(value) == step
@@ -70,3 +71,27 @@ def test_a_palette_changes_colours_and_the_ends_of_lengths_alone() -> None:
     counts = palette.apply(count_scale([4.0], "visits"), [4.0], lengths=False)
     assert (counts.low, counts.high, counts.whole) == (0.0, 4.0, True)
     assert (counts.below, counts.above) == (False, False)
+
+
+@given(st.floats(-50.0, -0.5), st.floats(0.5, 50.0))
+def test_0_is_the_grey_middle_where_values_lie_on_both_sides_of_it(low: float, high: float) -> None:
+    scale = Scale("f_s cm", low, high, signed=True)
+    assert scale.color(0.0) == theme.STILL
+    assert scale.color(high) == Scale("f_s cm", 0.0, high).color(high)
+    assert len({scale.color(v) for v in (low, low / 2, 0.0, high / 2, high)}) == 5
+    for part in (0.0, 0.2, 0.5, 0.9, 1.0):
+        assert scale.part(scale.value(part)) == pytest.approx(part)
+    assert scale.ticks()[0.5] == "0"
+
+
+def test_values_on_one_side_of_0_have_all_colours() -> None:
+    for low, high in ((0.0, 3.0), (-3.0, 0.0), (1.0, 2.0)):
+        signed, plain = Scale("f_s cm", low, high, signed=True), Scale("f_s cm", low, high)
+        assert [signed.color(low), signed.color(high)] == [plain.color(low), plain.color(high)]
+
+
+def test_the_bar_has_the_colours_of_the_cells() -> None:
+    scale = Scale("f_s cm", -4.0, 2.0, signed=True, colormap="cividis")
+    drawn = ElementTree.fromstring(f"<svg>{bar(scale, 0, 0, 12, 200)}</svg>")
+    stops = [s.attrib["stop-color"] for s in drawn.iter("stop")]
+    assert [stops[0], stops[len(stops) // 2], stops[-1]] == [scale.color(v) for v in (-4.0, 0.0, 2.0)]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import math
 import random
 from collections import Counter
@@ -12,6 +13,7 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.storage.reader import RunReader
 from engine.tasks import bearing_name
+from viz import words
 from viz.robot import robot_card
 from viz.robot.network_diagram import NetworkDiagram
 
@@ -23,7 +25,11 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     assert "Robot 0" in card
     assert "&lt;here&gt;" in card
     assert " ".join(map(str, body.faces)) in card
-    assert f"{100 * (0.45 - evaluation.fitness):.1f} cm" in card
+    f_s = 100 * (0.45 - evaluation.fitness)
+    assert f"{f_s:.2f} cm" in card
+    assert words.gained(f_s, 0.79) in card
+    for sentence in (words.F_S, words.FACES, words.HEAD):
+        assert html.escape(words.plain(sentence)) in card
     assert card.count("cm</span></div>") == 4  # one line per target
     assert "nobody (random)" in card
 

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 from engine.analysis.profile import Profile, ProfileHistory
 from engine.storage.rows import ArchiveFigures, Generation
+from viz import words
 from viz.runs import trend
 
 
@@ -70,6 +71,8 @@ def test_titles_give_the_values_of_the_shown_generation() -> None:
         "QD with offset 200 cm",
     ):
         assert part in text(svg)
+    for sentence in (words.F_S, words.QD_SCORE, words.COVERAGE):
+        assert words.plain(sentence) in text(svg)
 
 
 def test_every_archive_has_its_line_and_the_legend_says_whose_it_is() -> None:

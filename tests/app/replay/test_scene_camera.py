@@ -1,0 +1,99 @@
+"""The camera of a scene whose browser is slow, or whose user takes it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.replay.scene_camera import Framing, SceneCamera
+
+POINTS = np.array([[0.0, 0.0, 0.0], [0.3, 0.1, 0.1]])
+TOWARDS = np.array([-0.5, -0.9, 0.4])
+
+
+class Browser:
+    """A browser whose camera a test reports."""
+
+    def __init__(self) -> None:
+        self.camera: Any = self
+        self.position, self.look_at = np.array([3.0, 3.0, 3.0]), np.zeros(3)
+        self.image_width, self.image_height, self.fov = 1280, 720, 1.3
+        self._told: Callable[[Any], None] = lambda _: None
+
+    def on_update(self, told: Callable[[Any], None]) -> None:
+        self._told = told
+
+    def atomic(self) -> contextlib.AbstractContextManager[None]:
+        return contextlib.nullcontext()
+
+    def report(self, position: np.ndarray, look_at: np.ndarray | None = None) -> None:
+        self.position = np.array(position)
+        self.look_at = self.look_at if look_at is None else look_at
+        self._told(self)
+
+
+@pytest.fixture
+def browser() -> Browser:
+    return Browser()
+
+
+@pytest.fixture
+def camera(browser: Browser) -> SceneCamera:
+    camera = SceneCamera(browser)  # type: ignore[arg-type]
+    camera.start_following(np.zeros(2))
+    camera.show(Framing(POINTS, TOWARDS))
+    return camera
+
+
+def test_a_slow_browser_that_reports_old_places_loses_no_step(browser: Browser, camera: SceneCamera) -> None:
+    before, placed = np.array([3.0, 3.0, 3.0]), np.array(browser.position)
+    browser.report(before)  # sent before it heard of the new place
+    for k in range(1, 6):
+        camera.follow(np.array([0.01 * k, 0.0]))
+        browser.report(placed if k % 2 else before)
+    assert np.allclose(placed + np.array([0.05, 0.0, 0.0]), camera._eye)
+    camera.follow(np.array([0.06, 0.0]))
+    assert np.allclose(browser.position, placed + np.array([0.06, 0.0, 0.0]))
+
+
+def test_a_camera_that_its_user_has_turned_goes_on_from_there(browser: Browser, camera: SceneCamera) -> None:
+    theirs, focus = np.array([0.9, -0.2, 0.7]), np.array([0.1, 0.0, 0.0])
+    browser.report(theirs, focus)
+    camera.follow(np.array([0.1, 0.05]))
+    assert np.allclose(browser.position, theirs + np.array([0.1, 0.05, 0.0]))
+    assert np.allclose(browser.look_at, focus + np.array([0.1, 0.05, 0.0]))
+    # and a scene of another size is not framed anew
+    browser.image_width = 500
+    browser.report(browser.position)
+    assert np.allclose(browser.position, theirs + np.array([0.1, 0.05, 0.0]))
+
+
+def test_what_is_framed_stays_framed_when_panels_narrow_the_scene(
+    browser: Browser, camera: SceneCamera
+) -> None:
+    near = np.linalg.norm(browser.position - POINTS.mean(axis=0))
+    browser.image_width = 400
+    browser.report(browser.position)
+    assert np.linalg.norm(browser.position - POINTS.mean(axis=0)) > 1.2 * near
+
+
+def test_a_circling_camera_keeps_its_distance_and_comes_round(browser: Browser, camera: SceneCamera) -> None:
+    start = np.array(browser.position)
+    for _ in range(8):
+        camera.follow(np.zeros(2), turn=np.pi / 4)
+        if _ == 3:
+            assert np.allclose(browser.position, start * np.array([-1.0, -1.0, 1.0]))
+    assert np.allclose(browser.position, start)
+
+
+def test_a_part_of_the_width_is_filled(browser: Browser, camera: SceneCamera) -> None:
+    wide = np.array([[0.0, -0.2, 0.0], [0.0, 0.2, 0.0]])
+    away = []
+    for part in (1.0, 0.5):
+        camera.show(Framing(wide, np.array([-1.0, 0.0, 0.2]), part))
+        away.append(np.linalg.norm(browser.position))
+    assert away[1] == pytest.approx(away[0] * (1280 - 50) / 640, rel=0.05)
