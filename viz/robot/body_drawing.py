@@ -85,9 +85,11 @@ def svg(morphology: Morphology, head: int) -> str:
     n = morphology.n_modules
     width, height = (n - 1) * dx + 2 * MARGIN, (n - 1) * abs(dy) + 2 * MARGIN
     top = min((n - 1) * dy, 0.0) - MARGIN
+    thick = max(1.0, n / 5)  # long robots are drawn smaller
+    colors = [theme.css(theme.HEAD_ROD if i == head else theme.ROD) for i in range(n)]
     modules = "".join(
         f'<use href="#ta-module-{i % 2}-{face}" x="{i * dx:.1f}" y="{i * dy:.1f}"'
-        f' style="--ta-thick:{max(1.0, n / 5):g};--ta-rod:{theme.css(theme.HEAD_ROD if i == head else theme.ROD)}"/>'
+        f' style="--ta-thick:{thick:g};--ta-rod:{colors[i]}"/>'
         for i, face in enumerate(morphology.faces)
     )
     return (
