@@ -73,7 +73,7 @@ class BreedPanel:
                 min=0.0,
                 max=1.0,
                 step=0.05,
-                initial_value=0.5,
+                initial_value=0.25,
                 marks=((0.0, "near"), (0.5, "usual"), (1.0, "far")),
                 hint="How strongly bodies and networks are mutated: near their parents, or far from them",
             )
