@@ -19,7 +19,7 @@ from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
 from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, physics_to_json
 from engine.simulation.trials import TrialConfig
 from engine.tasks import Bonus, Sensors, Task, get_task
 
@@ -218,6 +218,7 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
+    found["physics"] = physics_to_json(config.physics)
     if not config.trials.trajectory_bits:
         # runs from before positions were rounded keep their hash
         del found["trials"]["trajectory_bits"]

@@ -31,9 +31,10 @@ from engine.replay.replay import Replay
 from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
-from engine.simulation.physics import Simulator
+from engine.simulation.physics import Simulator, physics_to_json
 from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
+from engine.simulation.trials import physics_of
 from engine.storage.reader import RunReader
 from engine.tasks import get_task, sensed, target_offsets, task_version
 from engine.tasks.walls import Wall, add_walls
@@ -104,7 +105,7 @@ def export_files(reader: RunReader, number: int, trial: Trial | None = None) -> 
     """
     evaluation = reader.evaluation(number)
     trial = simulate_trial(reader.config, evaluation) if trial is None else trial
-    names, xml = _robot_xml(reader.config, evaluation.solution.morphology, trial)
+    names, xml = _robot_xml(reader.config, evaluation.solution, trial)
     period = reader.config.physics.control_period
     # nine decimals undo the rounding of k x period; the lengths themselves keep every digit
     controls = [[round(k * period, 9), *row] for k, row in enumerate(trial.commands.tolist())]
@@ -134,7 +135,7 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
         "task": {"name": config.task, **task_version(config.task)},
-        "physics": dataclasses.asdict(config.physics),
+        "physics": physics_to_json(config.physics),
     }
     content["task"] |= {name: value for name, value in choices.items() if value != former[name]}
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
@@ -227,11 +228,12 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
 
 def _robot_xml(
     config: RunConfig,
-    morphology: Morphology,
+    solution: Solution,
     trial: Trial,
 ) -> tuple[list[str], str]:
     """Return the actuators' names and MJCF that compiles to the same numbers, bit for bit."""
-    spec = build_spec(morphology, physics=config.physics)
+    physics = physics_of(config.physics, config.seed, solution.number, REPEAT)
+    spec = build_spec(solution.morphology, physics=physics)
     add_walls(spec, trial.walls)
     return [a.name for a in spec.actuators], xml_with_state(spec, "settled", trial.settled)
 

@@ -19,10 +19,11 @@ from app.gui.field_docs import field_docs
 from app.worker_flags import WorkerFlags, opened
 from engine.analysis.given_robots import read_robots
 from engine.config import DEFAULT_PRESET, RunConfig, inline_tables, replaced
-from engine.errors import as_typed
+from engine.errors import InvalidData, as_typed
 from engine.runs import evolve
 from engine.search.variation import GivenRobot
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
+from engine.simulation.physics import Physics
 from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
@@ -43,6 +44,10 @@ class Evolve:
     """TOML file that describes the run; it may name the preset, and other flags win over it."""
     given: Annotated[tuple[str, ...], tyro.conf.arg(name="from")] = ()
     """Robots to evaluate first: RUN.tsmr (its elites), RUN.tsmr:3,4:5,7 (cells), genotype.json, table.csv."""
+    as_built: str | None = None
+    """Evolve robots as they would be built of latex-cord, tpu-85a, silicone-cord or a materials file."""
+    spread: bool = False
+    """With --as-built, give every repeat of an evaluation another robot of the design."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()
     """Who computes the evaluations; the result does not depend on it."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")]
@@ -60,7 +65,19 @@ class Evolve:
         file = get_task(self.config.task).file
         prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
         given = read_robots(self.given)
-        _compute(self.path, self.config, self.computing, console, prefix=prefix, given=given)
+        _compute(self.path, self._config(), self.computing, console, prefix=prefix, given=given)
+
+    def _config(self) -> RunConfig:
+        """Return the configuration with the robots that are asked for."""
+        if self.as_built is None:
+            if self.spread:
+                raise InvalidData("--spread needs --as-built, which says of what material")
+            return self.config
+        from engine.fabrication.as_built import search_physics
+        from engine.fabrication.materials import load_materials
+
+        physics = search_physics(self.config.physics, load_materials(self.as_built), spread=self.spread)
+        return dataclasses.replace(self.config, physics=physics)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -162,6 +179,16 @@ def _of_config(info: StructTypeInfo) -> StructConstructorSpec | None:
     return StructConstructorSpec(
         instantiate=functools.partial(replaced, default), fields=tuple(_flags(RunConfig, default))
     )
+
+
+@CONFIG_FLAGS.struct_rule
+def _of_physics(info: StructTypeInfo) -> StructConstructorSpec | None:
+    """Leave out what robots are like: thirty numbers, which --as-built and files have in one piece."""
+    if info.type is not Physics:
+        return None
+    default = info.default if isinstance(info.default, Physics) else Physics()
+    fields = tuple(f for f in _flags(Physics, default) if f.name not in ("built", "spread"))
+    return StructConstructorSpec(instantiate=functools.partial(dataclasses.replace, default), fields=fields)
 
 
 def _flags(kind: type, defaults: Any) -> Iterator[StructFieldSpec]:

@@ -39,8 +39,8 @@ class Export:
     """Export every elite once, each into its own folder, with a table of the cells."""
     out: Path
     """Folder to create."""
-    materials: str = "tpu-85a"
-    """What it is built from: tpu-85a, silicone-cord, latex-cord, or a TOML file of yours."""
+    materials: str = "latex-cord"
+    """What it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
     paper: Literal["a4", "letter"] = "a4"
     """Paper that the build sheet is printed on."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 from rich.console import Console
@@ -17,14 +18,18 @@ from engine.analysis.robustness import MapRobustness, robust_path
 from engine.analysis.run_files import run_files
 from engine.errors import as_typed, printable
 from engine.files import readable_json
+from engine.storage.reader import RunReader
+
+if TYPE_CHECKING:
+    from engine.simulation.physics import Physics
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Reevaluate:
     """Simulate elites again under fresh noise and say how much of their map's fitness was luck.
 
-    Keeps the results beside each run, in NAME.robust.json, and continues from those that are there.
-    ``compare`` shows them.
+    Keeps the results beside each run, in NAME.robust.json or NAME.as_built.json, and continues from those
+    that are there. ``compare`` shows the former, the app colours maps by either.
     """
 
     paths: tyro.conf.Positional[tuple[Path, ...]]
@@ -33,6 +38,8 @@ class Reevaluate:
     """Evaluations of each elite, each of all targets and the run's repeats."""
     archive: str | None = None
     """The only map whose elites are evaluated; without it, all archives. compare needs the morphology map."""
+    as_built: str | None = None
+    """Simulate robots as they would be built of latex-cord, tpu-85a, silicone-cord or a materials file."""
     workers: int = os.cpu_count() or 1
     """Threads that simulate; the result does not depend on it."""
     json: bool = False
@@ -64,6 +71,7 @@ class Reevaluate:
             with counting(console, f"evaluating {printable(run.stem)} again") as observer:
                 return reevaluate(
                     run,
+                    robots=self._robots(run),
                     repeats=self.repeats,
                     archive=self.archive,
                     n_threads=self.workers,
@@ -75,6 +83,17 @@ class Reevaluate:
             )
             raise
 
+    def _robots(self, run: Path) -> tuple[str, Physics] | None:
+        """Return what robots are built from and a run's physics with them, each evaluation another one."""
+        if self.as_built is None:
+            return None
+        from engine.fabrication.as_built import search_physics
+        from engine.fabrication.materials import load_materials
+
+        with RunReader(run) as reader:
+            physics = reader.config.physics
+        return self.as_built, search_physics(physics, load_materials(self.as_built), spread=True)
+
     def _print(self, run: Path, maps: list[MapRobustness], console: Console, *, several: bool) -> None:
         out = Console(highlight=False)
         if several:
@@ -82,7 +101,8 @@ class Reevaluate:
         out.print(_table(maps, self.repeats))
         for m in maps:
             out.print(_sentence(m), markup=False, soft_wrap=True)
-        console.print(f"Kept in {as_typed(robust_path(run))}", markup=False)
+        path = robust_path(run, as_built=self.as_built is not None)
+        console.print(f"Kept in {as_typed(path)}", markup=False)
 
 
 def _table(maps: list[MapRobustness], repeats: int) -> Table:

@@ -1,12 +1,14 @@
-"""The command ``verify``: simulates an elite again and reports how it did."""
+"""The command ``verify``: simulates an elite again, as evolved or as it would be built."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tyro
@@ -14,20 +16,24 @@ from rich.console import Console
 from rich.table import Table
 
 from app.worker_flags import check_workers
-from engine.analysis.verify import Motion, Samples, Verification, changed_physics, verify
+from engine.analysis.verify import MAX_SEEDS, Motion, Samples, Verification, changed_physics, verify
 from engine.config import RunConfig
-from engine.errors import printable
+from engine.errors import InvalidData, printable
 from engine.files import readable_json
 from engine.search.archive import parse_cell
 from engine.simulation.evaluation import Evaluation
-from engine.simulation.physics import Simulator
+from engine.simulation.physics import Simulator, check_timestep, physics_to_json
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
+
+if TYPE_CHECKING:  # the libraries that shape parts take a while to import
+    from engine.analysis.as_built import AsBuilt
+    from engine.fabrication.as_built import Deviation
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verify:
-    """Simulate an elite again, with fresh noise and, if asked for, another physics.
+    """Simulate an elite again, with fresh noise and, if asked for, another physics or as it would be built.
 
     Prints its fitness as recorded and as simulated again, and how the robot moves. Without another
     physics only the noise is new.
@@ -45,6 +51,12 @@ class Verify:
     """Factor on the time step, such as 0.25."""
     simulator: Simulator | None = None
     """Another simulator: kernel, or mujoco (Newton's method), the reference."""
+    as_built: bool = False
+    """Simulate the robot with all that differs when it is built, and say which difference costs most."""
+    materials: str = "latex-cord"
+    """For --as-built, what it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    samples: int = 20
+    """For --as-built, how many robots of the design are simulated, each as inexact as tolerances allow."""
     seeds: int = 5
     """Evaluations with fresh noise, each of all targets and repeats."""
     workers: int = os.cpu_count() or 1
@@ -60,9 +72,14 @@ class Verify:
             RunFileError: the run cannot be read or has no such archive.
         """
         check_workers(self.workers)
+        if not 1 <= self.seeds <= MAX_SEEDS:
+            raise InvalidData(f"seeds must be from 1 to {MAX_SEEDS}, not {self.seeds}")
         with RunReader(self.path) as reader:
             config = reader.config
             evaluation = reader.evaluation(reader.elite_at(self.archive, parse_cell(self.cell)))
+        if self.as_built:
+            self._as_built(config, evaluation)
+            return
         physics = changed_physics(
             config.physics,
             inertia_scale=self.inertia_scale,
@@ -81,15 +98,78 @@ class Verify:
         else:
             _print(self, config, found)
 
+    def _as_built(self, config: RunConfig, evaluation: Evaluation) -> None:
+        """Simulate a robot as it would be built and print how it does."""
+        from engine.analysis.as_built import as_built_facts, check_samples, simulate_as_built
+        from engine.fabrication.as_built import twin_of
+        from engine.fabrication.materials import load_materials
+
+        check_samples(self.samples)
+        if (self.inertia_scale, self.timestep_factor, self.simulator) != (None, None, None):
+            raise InvalidData("--as-built has the run's physics; it does not go with another one")
+        check_timestep(config.physics)
+        twin = twin_of(config.physics, evaluation.solution.morphology, load_materials(self.materials))
+        found = simulate_as_built(
+            config,
+            evaluation,
+            nominal=twin.nominal,
+            robots=twin.samples(self.samples),
+            alone=twin.alone(),
+            n_seeds=self.seeds,
+            n_threads=self.workers,
+        )
+        if self.json:
+            facts = as_built_facts(found) | {"deviations": [d.to_json() for d in twin.deviations]}
+            place = {"path": str(self.path), "archive": self.archive, "cell": self.cell}
+            number = {"number": evaluation.solution.number, "materials": self.materials}
+            print(readable_json(place | number | facts))
+            return
+        _print_head(self, evaluation)
+        _print_as_built(self.materials, twin.deviations, found)
+
+
+def _print_head(command: Verify, evaluation: Evaluation) -> None:
+    number, body = evaluation.solution.number, evaluation.solution.morphology
+    Console(highlight=False).print(
+        f"Robot {number} of {printable(command.path.name)}, {command.archive} cell {command.cell}:"
+        f" {body.n_modules} modules, stiffness {body.stiffness_text}",
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _print_as_built(materials: str, deviations: Sequence[Deviation], found: AsBuilt) -> None:
+    console = Console(highlight=False)
+    table = Table(caption="f_s in cm under fresh noise; s.d.: standard deviation between evaluations")
+    for name in ("", "f_s", "s.d.", "worst tenth", "failed"):
+        table.add_column(name, justify="right" if name else "left")
+    for name, scores, worst in (
+        ("as evolved", found.evolved, None),
+        (f"as built of {materials}", found.nominal, None),
+        (f"{len(found.robots.f_s)} robots of that design", found.robots, found.worst),
+    ):
+        table.add_row(name, _cm(scores.mean), _cm(scores.deviation), _cm(worst), f"{scores.n_failed or ''}")
+    console.print(table)
+    alone = Table(caption="one difference at a time: f_s in cm, and what it costs")
+    for name in ("differs", "as evolved", "as built", "source", "f_s", "costs"):
+        alone.add_column(name, justify="right" if name in ("f_s", "costs") else "left", overflow="fold")
+    costs = dict(found.costs)
+    described = sorted(deviations, key=lambda d: -costs.get(d.key, -math.inf))
+    for d in described:
+        one = found.alone.get(d.key)
+        built = "; ".join(part for part in (d.built, d.spread) if part)
+        figures = ("", "") if one is None else (_cm(one.mean), _cm(costs.get(d.key)))
+        alone.add_row(d.name, d.simulated, built, str(d.origin), *figures)
+    console.print(alone)
+    names = {d.key: d for d in deviations}
+    for line in found.sentences({key: (d.name, d.remedy) for key, d in names.items()}):
+        console.print(line, markup=False, soft_wrap=True)
+
 
 def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     console = Console(highlight=False)
-    number, body = found.recorded.solution.number, found.recorded.solution.morphology
     say = functools.partial(console.print, markup=False, soft_wrap=True)
-    say(
-        f"Robot {number} of {printable(command.path.name)}, {command.archive} cell {command.cell}:"
-        f" {body.n_modules} modules, stiffness {body.stiffness_text}"
-    )
+    _print_head(command, found.recorded)
     own, changed = found.own, found.changed
     same = "identical to" if found.identical else "not identical to"
     say(f"\nThe run's physics, {own.physics}: {same} what was recorded")
@@ -162,6 +242,11 @@ def _f_s(config: RunConfig, fitness: float) -> float:
     return 100.0 * (get_task(config.task).target_distance - fitness)
 
 
+def _cm(length: float | None) -> str:
+    """Return a length in m as cm; nothing for None."""
+    return "" if length is None else f"{100.0 * length:.1f}"
+
+
 def _facts(command: Verify, config: RunConfig, found: Verification) -> dict[str, Any]:
     return {
         "path": str(command.path),
@@ -188,7 +273,7 @@ def _evaluation_facts(config: RunConfig, e: Evaluation) -> dict[str, Any]:
 
 def _sample_facts(config: RunConfig, samples: Samples) -> dict[str, Any]:
     return {
-        "physics": dataclasses.asdict(samples.physics),
+        "physics": physics_to_json(samples.physics),
         "recorded_noise": _evaluation_facts(config, samples.recorded_noise),
         "fresh_noise": [_evaluation_facts(config, e) for e in samples.fresh],
         "f_s_mean_cm": None if samples.mean is None else _f_s(config, samples.mean),

@@ -3,8 +3,9 @@
 Read in this order:
 
 - ``downloads``: what the buttons make, and the basket of one browser.
-- ``basket``: the robots put aside, their exports, and the copy in the browser's tab.
-- ``basket_panel``: the folder "Take along" of the right panel.
+- ``basket``: the robots put aside, and their exports.
+- ``basket_panel``: the window "Take along".
+- ``buildable``: whether a robot can be built from a material.
 - ``robot_folder``: every file of a robot's folder.
 - ``recording``: a replay as a page, a picture or a video.
 """

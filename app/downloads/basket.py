@@ -1,17 +1,13 @@
-"""The robots that one browser's user has put aside, from any runs; the browser's tab remembers them."""
+"""The robots that one browser's user has put aside, from any runs."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
-import viser
-
 from app.downloads.robot_folder import robot_folder
-from app.gui.browser_value import BrowserValue
 from app.gui.file_maker import ProgressCallback
 from engine.errors import InvalidData, printable
 from engine.fabrication.materials import PRESETS, Materials, load_materials
@@ -28,12 +24,6 @@ PAPERS: Final[dict[str, PaperName]] = {"A4": "a4", "Letter": "letter"}
 """Names of papers as shown, the usual one first."""
 MEMORY_KEY: Final = "tensatlas-basket"
 """Key under which a tab remembers its basket."""
-MAX_MEMORY: Final = 20_000
-"""Characters of the longest memory that is read."""
-MAX_NUMBER: Final = 10**9
-"""Numbers of evaluations lie below it."""
-Kept = tuple[str, int]
-"""Name of a run, as its list has it, and number of an evaluation: what a tab remembers of a robot."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -172,39 +162,3 @@ def export_basket(
         files |= {f"{folder}/{name}": content for name, content in found.items()}
     progress("packing", len(items), len(items))
     return files
-
-
-def parse_memory(text: str) -> list[Kept]:
-    """Read what a browser claims to remember; malformed parts are left out."""
-    if len(text) > MAX_MEMORY:
-        return []
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return []
-    kept: list[Kept] = []
-    for entry in found if isinstance(found, list) else ():
-        match entry:
-            case [str(name), int(number)] if not isinstance(number, bool) and 0 <= number < MAX_NUMBER:
-                if (name, number) not in kept:
-                    kept.append((name, number))
-            case _:
-                pass
-    return kept[:MOST]
-
-
-class BasketMemory:
-    """Reads a tab's memory once, when its page is there, and writes it from then on.
-
-    Args:
-        gui: of one client, at a place that is always on the page.
-        remembered: called with what the tab remembers.
-    """
-
-    def __init__(self, gui: viser.GuiApi, remembered: Callable[[list[Kept]], None]) -> None:
-        memory = f"(sessionStorage.getItem('{MEMORY_KEY}')||'[]')"
-        self._value = BrowserValue(gui, "basket memory", memory, lambda text: remembered(parse_memory(text)))
-
-    def keep(self, robots: Sequence[Kept]) -> None:
-        """Let the tab remember robots instead of those before."""
-        self._value.change(f"sessionStorage.setItem('{MEMORY_KEY}',{json.dumps(json.dumps(robots))})")

@@ -10,11 +10,13 @@ import viser
 
 from app.downloads.basket import PAPERS, BasketItem, ExportChoice
 from app.gui.click_channel import ClickChannel
+from app.gui.top_bar import TopBar
 from app.gui.widgets import ignoring_event, in_a_row, put_html
 from engine.errors import printable
 from engine.fabrication.materials import PRESETS
 from viz.runs import basket_list
 
+WINDOW: Final = "Take along"
 RECORDINGS: Final = {"Page": "html", "Picture": "png", "Video": "mp4"}
 """Label of each button: kind of recording."""
 
@@ -32,16 +34,17 @@ class BasketEvents:
 
 
 class BasketPanel:
-    """The folder "Take along" of a browser's main panel.
+    """The window "Take along".
 
     Args:
         client: the browser.
+        bar: of the browser; it gets the window.
         events: what the user does.
     """
 
-    def __init__(self, client: viser.ClientHandle, events: BasketEvents) -> None:
-        gui = client.gui
-        with gui.add_folder("Take along", expand_by_default=False):
+    def __init__(self, client: viser.ClientHandle, bar: TopBar, events: BasketEvents) -> None:
+        gui, self._bar = client.gui, bar
+        with bar.window(WINDOW, viser.Icon.BASKET, "Files of robots, of the replay and of the run"):
             self.exports = ExportChooser(gui)
             self._add = gui.add_button(
                 "Add to basket", icon=viser.Icon.BASKET, disabled=True, hint="Keep the chosen robot"
@@ -97,6 +100,7 @@ class BasketPanel:
         put_html(self._list, basket_list.render(rows, self._handler))
         self._download.visible = self._clear.visible = bool(basket)
         self._download.label = f"Download basket ({len(basket)})"
+        self._bar.tell(WINDOW, str(len(basket) or ""))
 
     def _clicked(self, name: str, at: tuple[int, ...], events: BasketEvents) -> None:
         if name == basket_list.REMOVE and len(at) == 1:
@@ -118,6 +122,15 @@ class ExportChooser:
             "Material", PRESETS, hint="What exported robots are built from; docs/fabrication.md has more"
         )
         gui.add_html(in_a_row((self._paper, 38), (self._material, 62), labelled=1))
+
+    def on_material(self, changed: Callable[[], None]) -> None:
+        """Call a function whenever the user chooses another material."""
+        self._material.on_update(ignoring_event(changed))
+
+    @property
+    def material(self) -> object:
+        """The chosen material, as the browser has sent it."""
+        return self._material.value
 
     @property
     def choice(self) -> ExportChoice:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import viser
 
 from app.downloads.basket import (
+    MEMORY_KEY,
+    MOST,
     BasketItem,
-    BasketMemory,
-    Kept,
     added,
     export_basket,
     exported,
     item_of,
 )
 from app.downloads.basket_panel import BasketEvents, BasketPanel
+from app.downloads.buildable import problems_of
 from app.downloads.recording import recording
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
+from app.gui.remembered_robots import Kept, RememberedRobots
+from app.gui.top_bar import TopBar
 from app.limits import SimulationBudget
 from app.replay.player import Player
 from app.runs.library import Library
@@ -45,6 +48,7 @@ class Downloads:
 
     Args:
         client: the browser.
+        bar: of the browser.
         run: that is shown.
         choice: the chosen robot and its trial.
         library: the runs.
@@ -52,11 +56,13 @@ class Downloads:
         maker: of its files.
         player: of the replay that is shown.
         budget: how much the browser may still simulate.
+        judged: called with a material and why the chosen robot cannot be built from it.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         run: ShownRun,
         choice: Choice,
         library: Library,
@@ -65,14 +71,16 @@ class Downloads:
         player: Player,
         *,
         budget: SimulationBudget,
+        judged: Callable[[str, Sequence[str]], None],
     ) -> None:
         self._run, self._choice, self._library, self._actions = run, choice, library, actions
         self._maker, self._player, self._budget = maker, player, budget
         self._basket: tuple[BasketItem, ...] = ()
-        self._memory: BasketMemory | None = None
+        self._memory: RememberedRobots | None = None
         guarded = actions.guarded
         self.panel = BasketPanel(
             client,
+            bar,
             BasketEvents(
                 record=guarded(self.record),
                 table=guarded(self.table),
@@ -82,6 +90,18 @@ class Downloads:
                 download=guarded(self.download),
             ),
         )
+
+        self._judged = judged
+        self.judge = actions.slow(self._judge)
+        """Say whether the chosen robot can be built from the chosen material."""
+        self.panel.exports.on_material(self.judge)
+
+    def _judge(self) -> None:
+        chosen, material = self._choice.selection, self.panel.exports.material
+        if chosen is not None:
+            problems = problems_of(chosen.evaluation.solution.morphology, material)
+            if self._choice.selection is chosen:  # nobody has gone on in the meantime
+                self._judged(str(material), problems)
 
     @property
     def basket(self) -> tuple[BasketItem, ...]:
@@ -94,7 +114,7 @@ class Downloads:
         Args:
             gui: at a place that is always on the page.
         """
-        self._memory = BasketMemory(gui, self._actions.guarded(self._restore))
+        self._memory = RememberedRobots(gui, MEMORY_KEY, MOST, self._actions.guarded(self._restore))
 
     def export(self) -> None:
         """Send the folder of the chosen robot as a zip.
@@ -195,7 +215,7 @@ class Downloads:
             named = [(run_name(i.path, paths), i.number) for i in items]
             self._memory.keep([(name, number) for name, number in named if name is not None])
 
-    def _restore(self, kept: list[Kept]) -> None:
+    def _restore(self, kept: list[Kept], _marked: bool) -> None:
         """Put back what the basket held; say so if some of it is gone."""
         paths, items = self._library.runs(), self._basket
         for name, number in kept:

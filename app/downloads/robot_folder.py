@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from engine.analysis.as_built import AsBuilt, as_built_facts, simulate_as_built
 from engine.body import module as t
 from engine.body import servo
 from engine.errors import InvalidData, printable
 from engine.export import export_files, simulate_trial
+from engine.fabrication.as_built import Twin, twin_of
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
@@ -30,7 +32,11 @@ from viz.recording.standalone_replay import standalone_replay
 if TYPE_CHECKING:  # viser takes long to import, and commands do not need it
     from app.gui.file_maker import ProgressCallback
 
-STEPS: Final = 4
+STEPS: Final = 5
+ROBOTS: Final = 10
+"""How many robots of the design are simulated for the sheet."""
+SEEDS: Final = 3
+"""Evaluations under fresh noise of the robot as evolved, as designed and with each difference alone."""
 MANIFEST_FORMAT: Final = "tensatlas-manifest"
 MANIFEST_VERSION: Final = 1
 _PACKAGES: Final = ("reportlab", "segno", "trimesh", "manifold3d", "ezdxf", "shapely")
@@ -52,6 +58,7 @@ _WHAT: Final = (
     ("tables/cables.csv", "every passive cable"),
     ("tables/joints.csv", "orientation table: which nodes are tied"),
     ("tables/internal_cables.csv", "length of the internal cables at every servo command"),
+    ("tables/as_built.csv", "what differs when it is built, how that is known, and what it costs"),
     ("tables/targets.csv", "score of every trial by target"),
     ("tables/paths.csv", "recorded paths of the head towards every target"),
     ("parts/*.stl", "part to print, in mm"),
@@ -90,22 +97,33 @@ def robot_folder(
     progress("simulating", 0, STEPS)
     trial = simulate_trial(reader.config, evaluation)
     place = place or place_of(reader, number)
-    facts = gather(reader, evaluation, trial, place)
+    progress("simulating it as built", 1, STEPS)
+    twin = twin_of(reader.config.physics, evaluation.solution.morphology, materials)
+    as_built = simulate_as_built(
+        reader.config,
+        evaluation,
+        nominal=twin.nominal,
+        robots=twin.samples(ROBOTS),
+        alone=twin.alone(),
+        n_seeds=SEEDS,
+    )
+    facts = gather(reader, evaluation, trial, place, twin, as_built)
     files = export_files(reader, number, trial)
-    progress("parts", 1, STEPS)
+    progress("parts", 2, STEPS)
     for name, content in fabrication_files(facts.morphology, materials).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, first=trial.sensed)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
-    progress("build sheet", 2, STEPS)
+    progress("build sheet", 3, STEPS)
     files["build_sheet.pdf"] = build_sheet(facts, materials, paper)[0]
-    progress("replay and tables", 3, STEPS)
+    progress("replay and tables", 4, STEPS)
     files |= {
         "materials.toml": materials_text(materials).encode(),
         "replay.html": standalone_replay(trial.replay, run=facts.run_name, where=place.name if place else ""),
         "tables/internal_cables.csv": _internal_cables(),
         "tables/targets.csv": _targets(facts),
         "tables/paths.csv": _paths(facts),
+        "tables/as_built.csv": _as_built(twin, as_built),
     }
     files["README.md"] += _list_of_files({*files, "manifest.json"}).encode()
     files["manifest.json"] = _manifest(reader, facts, materials, files)
@@ -161,6 +179,7 @@ def _manifest(reader: RunReader, facts: Facts, materials: Materials, files: dict
             "task": reader.config.task,
             "modules": facts.morphology.n_modules,
             "f_s_cm": 100 * facts.f_s,
+            "as_built": None if facts.as_built is None else as_built_facts(facts.as_built),
             "link": facts.link,
         },
         "materials": materials.name,
@@ -194,6 +213,19 @@ def _list_of_files(names: set[str]) -> str:
 def _internal_cables() -> bytes:
     header = ["command_degrees", *(f"arm_to_node_{n}_mm" for n in t.SERVO_NODES)]
     rows = [[c, *(f"{1000 * v:.4f}" for v in row)] for c, row in enumerate(servo.TARGET_LENGTHS)]
+    return csv_text([header, *rows]).encode()
+
+
+def _as_built(twin: Twin, found: AsBuilt) -> bytes:
+    header = ["difference", "simulated", "built", "spread", "origin", "source", "costs_alone_cm"]
+    costs = dict(found.costs)
+    rows = [
+        [
+            *(d.name, d.simulated, d.built, d.spread, str(d.origin), d.source),
+            f"{100 * costs[d.key]:.3f}" if d.key in costs else "",
+        ]
+        for d in twin.deviations
+    ]
     return csv_text([header, *rows]).encode()
 
 

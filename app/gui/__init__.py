@@ -11,7 +11,9 @@ Read in this order:
 - ``widgets``: small helpers: set a value once, inputs in one row.
 - ``page_channel``: scripts in the page and their way to the app; the scripts are in ``page_channel.js``.
 - ``click_channel``: clicks on pictures.
+- ``top_bar``: the bar at the top of the page, and the windows that it opens.
 - ``browser_value``: a value that lives in the page, such as its address.
+- ``remembered_robots``: robots that a browser's tab remembers.
 - ``file_maker``: a file made in the background, with progress and cancelling.
 - ``field_docs``: the docstrings of a configuration's fields, for hints.
 """

@@ -36,10 +36,12 @@ class Actions:
         self.closed = False
         """Whether the browser has gone: no action begins any more."""
 
-    def notify(self, title: str, body: str, *, stays: bool = False) -> None:
-        """Show a notice for a few seconds, or until the user closes it."""
-        shown = self._told(body)
-        self._client.add_notification(title, shown, auto_close_seconds=None if stays else 6.0)
+    def notify(self, title: str, body: str, *, stays: bool = False, bad: bool = False) -> None:
+        """Show a notice for a few seconds, or until the user closes it; in red if something is bad."""
+        seconds = None if stays else 12.0 if bad else 6.0
+        self._client.add_notification(
+            title, self._told(body), auto_close_seconds=seconds, color="red" if bad else None
+        )
 
     def put(self, kind: Hashable, action: Callable[[], None]) -> None:
         """Have a guarded action done after those that wait, in place of one of its kind among them."""
@@ -70,7 +72,7 @@ class Actions:
                 except Cancelled:  # the user no longer wants the result, nor a notice
                     return
                 except TensAtlasError as e:
-                    self.notify("That did not work", str(e))
+                    self.notify("That did not work", str(e), bad=True)
                 except Exception:  # a fault of ours: say so, keep the app going
                     log.exception("an action failed")
                     self.notify("Something went wrong", "The terminal that runs TensAtlas has the details.")

@@ -31,11 +31,21 @@ class ClickChannel:
         self.handler = html.escape(f"taClick(event,'{uuid_of(channel)}')")
         """JavaScript for ``onpointerdown`` of a picture or ``onclick`` of a button, escaped."""
 
+        self._id = uuid_of(channel)
+
         @channel.on_update
         def _(event: viser.GuiEvent) -> None:
             match = _CLICK.fullmatch(str(event.target.value))
             if match and self._clicked is not None:
                 self._clicked(match[1], tuple(int(n) for n in match[2].split(",")))
+
+    def along(self, name: str) -> str:
+        """Return JavaScript, escaped, for pointer events of a picture: it reports where along it one presses.
+
+        The picture has its ends in ``data-span``; what arrives is ``name`` and thousandths from one to the
+        other.
+        """
+        return html.escape(f"taAlong(event,'{self._id}','{name}')")
 
     def on_click(self, clicked: Clicked) -> None:
         """Call a function with the name and the cell of every click."""

@@ -26,6 +26,17 @@ window.taClick = (event, id) => {
   if (target && event.button === 0) taSend(id, () => target.dataset.c);
 };
 
+// Reports how far along a picture's data-span, "from,to" in units of the picture, the pressed pointer is:
+// `name:k`, k in thousandths.
+window.taAlong = (event, id, name) => {
+  const svg = event.currentTarget, toScreen = svg.getScreenCTM();
+  if (!toScreen || !(event.buttons & 1)) return;
+  const x = new DOMPoint(event.clientX, event.clientY).matrixTransform(toScreen.inverse()).x;
+  const [from, to] = svg.dataset.span.split(',').map(Number);
+  const part = Math.round(999 * Math.min(Math.max((x - from) / (to - from), 0), 1));
+  taSend(id, () => `${name}:${part}`);
+};
+
 // Reports a value of the page until the app calls taArrived.
 window.taReport = (id, read) => taSend(id, read, () => (window.taKnown || {})[id]);
 window.taArrived = id => { (window.taKnown = window.taKnown || {})[id] = true; };

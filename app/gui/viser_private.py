@@ -39,6 +39,7 @@ from viser._gui_handles import GuiProgressBarHandle
 from app.gui.access import Access
 from app.gui.incoming import MAX_TEXT
 from app.gui.web_socket import guarded_serving
+from engine.errors import printable
 
 __all__ = [
     "Gate",
@@ -49,6 +50,7 @@ __all__ = [
     "selector",
     "start_server",
     "uuid_of",
+    "within",
 ]
 
 MAX_PARTS: Final = 4096
@@ -152,9 +154,10 @@ def put_arrays(handle: viser.SceneNodeHandle, **arrays: np.ndarray) -> None:
 class Gate:
     """Drops what a browser must not send to its widgets.
 
-    A disabled widget takes nothing. A value must be of its widget's kind, finite, within the slider or among
-    the options. A number's limits are left to its reader: typing 12 passes through 1. Files come only through
-    an upload button that was opened for them, one at a time, and none is larger than it said.
+    A disabled widget takes nothing. A value must be of its widget's kind, finite or among the options. One
+    beyond a slider becomes the slider's end, in the browser too. A number's limits are left to its reader:
+    typing 12 passes through 1. Files come only through an upload button that was opened for them, one at a
+    time, named as they must be, and none is larger than it said.
 
     Args:
         client: the browser, before it has any widgets.
@@ -165,7 +168,7 @@ class Gate:
         _gates.add(self)
         self._heard = 0.0
         """When a part of a file came last."""
-        self._open: dict[str, tuple[int, Callable[[str], None]]] = {}
+        self._open: dict[str, tuple[str, int, Callable[[str], None]]] = {}
         handlers = gui._websock_interface
         replaced: tuple[tuple[Any, Any, Any], ...] = (
             (_messages.GuiUpdateMessage, gui._handle_gui_updates, self._update),
@@ -177,16 +180,17 @@ class Gate:
             handlers.register_handler(kind, new)
 
     def open(
-        self, button: viser.GuiUploadButtonHandle, max_bytes: int, refused: Callable[[str], None]
+        self, button: viser.GuiUploadButtonHandle, suffix: str, max_bytes: int, refused: Callable[[str], None]
     ) -> None:
         """Let files through an upload button.
 
         Args:
             button: of this client.
+            suffix: that the name of a file has.
             max_bytes: of a file.
             refused: called with a line that says why a file was not taken; must be quick.
         """
-        self._open[uuid_of(button)] = (max_bytes, refused)
+        self._open[uuid_of(button)] = (suffix, max_bytes, refused)
 
     def taken(self, button: viser.GuiUploadButtonHandle) -> tuple[str, bytes]:
         """Return the name and the content of the file that came last; viser keeps it no longer."""
@@ -196,18 +200,27 @@ class Gate:
 
     async def _update(self, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
         handle = self._gui._gui_input_handle_from_uuid.get(message.uuid)
-        if handle is not None and set(message.updates) == {"value"}:
-            impl = handle._impl
-            if not getattr(impl.props, "disabled", False) and acceptable(
-                impl.props, impl.value, message.updates["value"]
-            ):
-                await self._gui._handle_gui_updates(client_id, message)
+        if handle is None or set(message.updates) != {"value"}:
+            return
+        impl, sent = handle._impl, message.updates["value"]
+        if getattr(impl.props, "disabled", False):
+            return
+        value = within(impl.props, sent)
+        if value != sent:  # the browser shows what it has sent
+            message = _messages.GuiUpdateMessage(message.uuid, {"value": value})
+            self._gui._websock_interface.queue_message(message)
+        if acceptable(impl.props, impl.value, value):
+            await self._gui._handle_gui_updates(client_id, message)
 
     def _start(self, client_id: Any, message: _messages.FileTransferStartUpload) -> None:
         opened = self._open.get(message.source_component_uuid)
         if opened is None:
             return
-        limit, refused = opened
+        suffix, limit, refused = opened
+        if not message.filename.lower().endswith(suffix):
+            self._refuse(message)
+            refused(f"{printable(message.filename[-60:])} is no file of the kind *{suffix}")
+            return
         if not 0 < message.size_bytes <= limit:
             self._refuse(message)
             refused(f"it has {message.size_bytes / 1e6:.1f} MB; from 0 to {limit / 1e6:.1f} MB are taken")
@@ -252,6 +265,13 @@ class Gate:
             return
         self._heard = time.monotonic()
         self._gui._handle_file_transfer_part(client_id, message)
+
+
+def within(props: Any, value: Any) -> Any:
+    """Return a number for a slider as near as the slider lets it be; anything else as it is."""
+    if isinstance(props, _messages.GuiSliderProps) and _is_number(value):
+        return min(max(value, props.min), props.max)
+    return value
 
 
 def acceptable(props: Any, now: Any, value: Any) -> bool:

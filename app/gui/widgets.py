@@ -8,6 +8,14 @@ from typing import Any
 from app.gui.viser_private import selector
 
 
+def panel_widths(window: int) -> tuple[int, int]:
+    """Return the widths of the panels at the left and the right of a window, all in pixels.
+
+    What is between them, and 4 pixels at each, is at least half of a window of 1280.
+    """
+    return (330, 300) if window < 1440 else (400, 330)
+
+
 def put(widget: Any, value: Any, attribute: str = "value") -> None:
     """Set a widget's value, or another attribute, unless the browser shows it already."""
     if getattr(widget, attribute) != value:
@@ -41,6 +49,6 @@ def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
         label = "width:auto!important;padding-right:6px"
         if labelled is not None and k >= labelled:
             label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
-        rules.append(f"{this}>div>div:has(label){{{label}}}")
+        rules.append(f"{this}{{box-sizing:border-box}}{this}>div>div:has(label){{{label}}}")
         left += share
     return f"<style>{''.join(rules)}</style>"

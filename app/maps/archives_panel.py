@@ -27,7 +27,6 @@ from viz.maps.map_pictures import MapPicture
 from viz.runs import trend
 from viz.runs.run_list import RunFacts, state_markup
 
-WIDTH = 430
 KEYS = "← → ↑ ↓ choose · Enter replays · Space pauses"
 PLAY_HINT = "Run through the generations, from the first one if the last is shown"
 MAX_MAPS = 4
@@ -53,13 +52,13 @@ class ArchivesPanel:
     Args:
         client: the browser.
         facts: what is known of a run on offer.
+        width: in pixels.
     """
 
-    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts]) -> None:
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], width: int) -> None:
         gui = client.gui
-        panel = self.panel = gui.add_panel()
-        """Where tabs of other things may lie beside this one."""
-        with panel.add_tab("Archives", viser.Icon.GRID_DOTS):
+        panel = gui.add_panel()
+        with panel.add_tab("Maps", viser.Icon.GRID_DOTS):
             self.picker = RunPicker(gui, facts)
             """The list of runs."""
             self._status = gui.add_html("")
@@ -87,14 +86,14 @@ class ArchivesPanel:
             self._keys = ClickChannel(gui, label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
-                + f"<style>{page_file('archives_panel.css', __package__)}</style>"
+                + f"<style class='ta-plain'>{page_file('archives_panel.css', __package__)}</style>"
                 + run_script(SCRIPT)
                 + render_key("space", "key-space", self._keys.handler)
-                + in_a_row((self._slider, 78), (self._play, 22))
+                + in_a_row((self._slider, 70), (self._play, 30))
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
-        panel.set_width(WIDTH)
+        panel.set_width(width)
 
     def connect(self, events: ArchivesEvents) -> None:
         """Report from now on what the user does; call it once, when all that it is reported to is there."""
@@ -122,6 +121,7 @@ class ArchivesPanel:
         self._clear()
         self.show_changes(())
         self._slider.disabled = self._play.disabled = True
+        put(self._slider, 0)
 
     def show_status(
         self, reader: RunReader, generation: Generation | None, n: int, *, live: bool, complete: bool
@@ -145,6 +145,8 @@ class ArchivesPanel:
         )
         if generation is None:
             self._clear()
+            self._slider.disabled = self._play.disabled = True
+            put(self._slider, 0)
             self._maps[0].content = (
                 '<div style="padding:24px 10px;opacity:.8">The maps appear when the first generation,'
                 " all of random robots, has been evaluated.</div>"
@@ -203,14 +205,13 @@ class ArchivesPanel:
         self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: MapPicture, ring: Ring | None) -> str:
-        enlarge = ENLARGE if picture.view.kind == "nested" else ""
         return (
-            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:8px;'
-            'align-items:baseline;margin:2px 0 3px"><b style="font-size:13px;flex:1">'
+            '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:5px;'
+            'align-items:baseline;margin:2px 0 3px"><b style="font-size:12.5px;flex:1;white-space:nowrap">'
             f"{html.escape(picture.title)}</b>"
-            f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:11.5px;opacity:.8;'
+            f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:11px;opacity:.8;'
             f'cursor:help">{html.escape(picture.figures)}'
-            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{enlarge}</div>'
+            f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{ENLARGE}</div>'
             f'<div style="max-width:410px">{picture.render(ring, self._cells.handler)}</div></div>'
         )
 

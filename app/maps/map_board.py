@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 from app.maps.archives_panel import ArchivesPanel
 from app.maps.color_controls import ALL_RUNS, FIXED, ColorWish, checked_limits
+from app.maps.elites_panel import ElitesPanel
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData
 from engine.search.archive import Cell
@@ -68,6 +69,7 @@ class MapBoard:
         panel: where.
         notify: tells the user something, by title and text.
         limits_of_all: returns the ends, in cm, of a scale that all runs of a run's task share.
+        elites: lists what the maps show.
     """
 
     def __init__(
@@ -75,7 +77,9 @@ class MapBoard:
         panel: ArchivesPanel,
         notify: Callable[[str, str], None],
         limits_of_all: Callable[[RunReader], tuple[float, float]],
+        elites: ElitesPanel,
     ) -> None:
+        self._elites = elites
         self._panel = panel
         self._notify = notify
         self._limits_of_all = limits_of_all
@@ -128,6 +132,10 @@ class MapBoard:
     def choose(self, archive: str, number: int) -> None:
         """Mark a robot that was chosen in an archive."""
         self._chosen = (archive, number)
+        self._redraw()
+
+    def filter(self, _least: float | None = None) -> None:
+        """Draw robots pale that the list of elites leaves out."""
         self._redraw()
 
     def set_layout(self, name: str) -> None:
@@ -217,7 +225,9 @@ class MapBoard:
             before=before or [],
             palette=Palette(self._wish.colormap, self._limits()),
             fitted_to=(subject.last_contents, latest),
+            least=self._elites.least,
         )
+        self._elites.show(subject.contents, None if self._chosen is None else self._chosen[1])
         self._panel.show_maps(self._pictures, [self._ring(p) for p in self._pictures])
 
     def _colorings(self, offered: Mapping[str, MakeColoring], wanted: str) -> tuple[str, Coloring, Coloring]:

@@ -9,10 +9,10 @@ import viser
 
 from app.gui.click_channel import ClickChannel
 from app.gui.viser_private import selector
-from app.gui.widgets import put_html
+from app.gui.widgets import in_a_row, put, put_html
 from app.runs.run_names import label_paths
 from viz.runs import run_list
-from viz.runs.run_list import RunFacts
+from viz.runs.run_list import SORTS, RunFacts
 
 
 class RunPicker:
@@ -28,8 +28,16 @@ class RunPicker:
         self._report: Callable[[Path], None] = lambda _path: None
         self._labels: dict[str, Path] = {}
         self._listed: tuple[Path, ...] | None = None
+        self._offered: tuple[Path, ...] = ()
         self._chosen: Path | None = None
         self._head = gui.add_html("")
+        self._search = gui.add_text(
+            "Search", "", visible=False, hint="Words of a name, task, algorithm, date, state or note"
+        )
+        self._order = gui.add_dropdown(
+            "Sort by", SORTS, visible=False, hint="The order of the runs in the list"
+        )
+        gui.add_html(in_a_row((self._search, 58), (self._order, 42), labelled=1))
         self._list = gui.add_html("")
         self.upload = gui.add_upload_button(
             "Upload a run",
@@ -40,11 +48,15 @@ class RunPicker:
         )
         """Brings run files; shown with the list once ``allow_upload`` was called."""
         self._may_upload = False
+        # the browser calls every file that has come an uploaded one; whether it is a run is ours to say
+        gui.add_html('<style>[id^="upload-"]:has(.mantine-Notification-closeButton){display:none}</style>')
         # viser shows an upload button whatever its ``visible`` says
         self._hide_upload = f"<style>{selector(self.upload)}{{display:none}}</style>"
         self._upload_style = gui.add_html(self._hide_upload)
         self._handler = ClickChannel(gui, self._clicked, label="run clicks").handler
         self._show_head()
+        for widget in (self._search, self._order):
+            widget.on_update(lambda event: self._show_list() if event.client is not None else None)
 
     def on_choose(self, chosen: Callable[[Path], None]) -> None:
         """Call a function with every run that the user chooses."""
@@ -55,7 +67,7 @@ class RunPicker:
         self._labels = label_paths(paths)
         self._chosen = chosen
         self._show_head()
-        if self._listed is not None and self._listed != tuple(paths):
+        if self._listed is not None and self._offered != tuple(paths):
             self._show_list()
 
     def allow_upload(self) -> None:
@@ -87,16 +99,25 @@ class RunPicker:
         put_html(self._head, content)
 
     def _show_list(self) -> None:
-        self._listed = tuple(self._labels.values())
-        index = self._listed.index(self._chosen) if self._chosen in self._listed else None
+        if self._listed is None:
+            put(self._search, "")
         runs = [(label, self._facts(path)) for label, path in self._labels.items()]
-        self._list.content = run_list.render_list(runs, index, self._handler)
+        runs = run_list.arranged(runs, str(self._search.value), str(self._order.value))
+        self._offered, self._listed = tuple(self._labels.values()), tuple(self._labels[r[0]] for r in runs)
+        index = self._listed.index(self._chosen) if self._chosen in self._listed else None
+        put_html(self._list, run_list.render_list(runs, index, self._handler))
         self._show_upload(True)
+        self._show_search(True)
 
     def _fold(self) -> None:
         self._listed = None
-        self._list.content = ""
+        put_html(self._list, "")
         self._show_upload(False)
+        self._show_search(False)
+
+    def _show_search(self, shown: bool) -> None:
+        put(self._search, shown, "visible")
+        put(self._order, shown, "visible")
 
     def _show_upload(self, shown: bool) -> None:
         put_html(self._upload_style, "" if shown and self._may_upload else self._hide_upload)

@@ -70,7 +70,7 @@ class OverlayLayer:
     ) -> None:
         self._replay = replay
         n = replay.morphology.n_modules
-        self._strokes = NumberStrokes(range(1, n + 1), height=NUMBER_SIZE)
+        self._strokes = NumberStrokes(range(n), height=NUMBER_SIZE)
         colors = np.tile(np.array(theme.NUMBER, dtype=np.uint8), (len(self._strokes.owner), 2, 1))
         colors[self._strokes.owner == replay.head.module] = theme.HEAD_ROD
         nothing = np.zeros((1, 2, 3), dtype=np.float32)

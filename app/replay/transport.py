@@ -1,4 +1,4 @@
-"""The bottom panel of one browser: play, pause, scrub, speed, which trial, what is drawn of it."""
+"""The strip over the scene of one browser: play, time, target, speed; folded: noise, what is drawn."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from viz.robot.geometry import full_tension
 SPEEDS = {"⅒ ×": 0.1, "¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 WIDTH = 760
 MIN_WIDTH = 420
+NARROW = 560
 MARGIN = 20
 """Pixels of the panel, and beside it."""
 EXTENSION = 20.0
@@ -33,6 +34,8 @@ ELSEWHERE = "elsewhere…"
 DRAWN_FROM = 9999
 """Fresh noise that is drawn has a number up to this; any other can be typed."""
 NOTHING = "Click a filled cell of a map to watch its robot."
+OWN = {"layout": "transport", "show": "show", "fold": "folding"}
+"""Names in ``transport.css`` of what is no control of viser's, and their classes after ``ta-``."""
 UPDATE_INTERVAL = 0.2
 """Seconds of playing between two updates of the slider."""
 OVERLAY_HINTS = {
@@ -42,6 +45,11 @@ OVERLAY_HINTS = {
     "trail": "Where the head has been since the target was placed",
 }
 """Names of ``Overlays`` and what their checkboxes say."""
+FOLD = (
+    '<button type="button" class="ta-fold" title="Noise, what is drawn, and more" aria-label="More controls"'
+    " onclick=\"document.documentElement.toggleAttribute('data-ta-unfolded')\">⋯</button>"
+)
+"""A button that folds what is needed seldom away, or unfolds it."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -61,7 +69,7 @@ class TransportPanel:
         player: what it controls.
         scene: that shows what is played.
         events: whom it reports to.
-        taken: width in pixels that docked panels take.
+        room: between the panels at the sides, in pixels.
         step: of the slider, in s.
     """
 
@@ -72,7 +80,7 @@ class TransportPanel:
         scene: Scene,
         events: TransportEvents,
         *,
-        taken: int,
+        room: int,
         step: float = 0.1,
     ) -> None:
         gui = client.gui
@@ -82,7 +90,7 @@ class TransportPanel:
         self._events = events
         self._targets: tuple[str, ...] = ()
         self._trial = FIRST_TRIAL
-        width = min(WIDTH, max(MIN_WIDTH, client.camera.image_width - taken - 2 * MARGIN))
+        width = min(WIDTH, max(MIN_WIDTH, room - 2 * MARGIN))
         panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
@@ -94,13 +102,17 @@ class TransportPanel:
                 initial_value=-3.0,
                 hint="Seconds since the target was placed; before 0 the robot settles",
             )
-            self._more = gui.add_button(
-                f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
-            )
             self._target = gui.add_dropdown(
                 "Target",
                 ("-",),
                 hint="Which target it crawls to; elsewhere: click on the ground where it is to be",
+            )
+            self._speed = gui.add_dropdown(
+                "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
+            )
+            gui.add_html(f'<div class="ta-folding">{FOLD}</div>')
+            self._more = gui.add_button(
+                f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
             )
             self._noise = gui.add_dropdown(
                 "Noise",
@@ -119,9 +131,6 @@ class TransportPanel:
             self._draw = gui.add_button(
                 "Draw", icon=viser.Icon.DICE_5, color="gray", hint="Replay under fresh noise, drawn at random"
             )
-            self._speed = gui.add_dropdown(
-                "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
-            )
             gui.add_html('<div class="ta-show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
             shown = Overlays()
             self._overlays = {
@@ -134,7 +143,7 @@ class TransportPanel:
             named = {"play": self._play, "time": self._slider, "more": self._more}
             named |= {"target": self._target, "noise": self._noise, "fresh": self._fresh, "draw": self._draw}
             named |= {"speed": self._speed, **self._overlays, "follow": self._follow, "loop": self._loop}
-            gui.add_html(_layout(named, narrow=width < WIDTH))
+            gui.add_html(_layout(named, narrow=width < NARROW))
         panel.float(x=MARGIN, y=-15, width=width)
         panel.expand()  # on a phone, too
 
@@ -284,7 +293,7 @@ class TransportPanel:
 def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:
     """Return a style that puts the controls in rows: ``transport.css`` with selectors in place of names."""
     panel = "div:has(> div > .ta-transport)"
-    parts = {"layout": "div:has(> .ta-transport)", "show": "div:has(> .ta-show)"}
+    parts = {name: f"div:has(> .ta-{kind})" for name, kind in OWN.items()}
     parts |= {name: selector(control) for name, control in controls.items()}
     style = page_file("transport.css", __package__).replace("#panel", panel)
     for name, part in parts.items():

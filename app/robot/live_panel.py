@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 import viser
 
+from app.gui.click_channel import ClickChannel
 from app.gui.widgets import put_html
 from app.replay.player import ReplayMoment
 from engine.body.kinematics import contraction, internal_lengths
-from engine.config import RunConfig
+from engine.config import RunConfig, task_of
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.recording import Playable
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.trials import driving
-from engine.tasks import get_task
+from engine.tasks import Task
 from viz.robot import network_diagram, servo_plot
 from viz.robot.network_diagram import NetworkDiagram
 
@@ -35,18 +37,23 @@ class LivePanel:
     Args:
         gui: of one client.
         tabs: the group that gets a tab for each.
+        seek: called with a moment of the replay, in s, that the user points at.
     """
 
-    def __init__(self, gui: viser.GuiApi, tabs: viser.GuiTabGroupHandle) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, tabs: viser.GuiTabGroupHandle, seek: Callable[[float], None]
+    ) -> None:
+        self._seek = seek
         with tabs.add_tab("Network", viser.Icon.SHARE):
             self._network = gui.add_html("")
             self._network_live = gui.add_html("")
         with tabs.add_tab("Servos", viser.Icon.WAVE_SINE):
+            self._pointer = ClickChannel(gui, self._pointed, label="moments").along("moment")
             self._servos = gui.add_html("")
             self._servos_live = gui.add_html("")
         self._diagram: NetworkDiagram | None = None
         self._evaluation: Evaluation | None = None
-        self._names: tuple[str, ...] = ()
+        self._task: Task | None = None
         self._updated = 0.0
         self._shown: tuple[Playable, int] | None = None
         self._plotted: tuple[Playable, tuple[float, float]] | None = None
@@ -56,11 +63,11 @@ class LivePanel:
     def show_robot(self, config: RunConfig, evaluation: Evaluation) -> None:
         """Draw another robot's network."""
         solution = evaluation.solution
-        self._names = get_task(config.task).inputs
+        self._task = task = task_of(config)
         diagram = NetworkDiagram(
             driving(solution.controller, config.trials),
             solution.morphology.n_modules,
-            self._names,
+            task.inputs,
             head_is_end=evaluation.head_is_end,
         )
         self._shown = None
@@ -73,6 +80,11 @@ class LivePanel:
         self._diagram = self._evaluation = self._plotted = self._shown = None
         for element in (self._network, self._network_live, self._servos, self._servos_live):
             put_html(element, "")
+
+    def _pointed(self, _name: str, index: tuple[int, ...]) -> None:
+        if self._plotted is not None:
+            first, last = self._plotted[1]
+            self._seek(first + (last - first) * min(index[0] / 999, 1.0))
 
     def show(self, moment: ReplayMoment) -> None:
         """Show the recorded frame nearest to a moment; while playing, at most every ``INTERVAL`` and once."""
@@ -88,13 +100,14 @@ class LivePanel:
 
     def _show_network(self, sensed: np.ndarray | None, *, knows: bool) -> None:
         diagram = self._diagram
-        if diagram is None or (sensed is not None and len(sensed) != len(self._names)):
+        task = self._task
+        if diagram is None or task is None or (sensed is not None and len(sensed) != task.n_inputs):
             return
         neurons = {} if sensed is None else diagram.network.neurons(sensed)
         put_html(
             self._network_live,
             f"<style>{diagram.style(neurons)}</style>"
-            + (network_diagram.sensed_line(self._names, sensed) if knows else ""),
+            + (network_diagram.sensed_line(task, sensed) if knows else ""),
         )
 
     def _show_servos(self, replay: Playable, moment: float, now: float) -> None:
@@ -125,5 +138,6 @@ class LivePanel:
             contraction(internal_lengths(np.array([f.pose for f in shown]))),
             page=page,
             head=replay.head.module,
+            on_pointer=self._pointer,
         )
         self._servos.content = picture + servo_plot.legend()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
@@ -10,15 +11,23 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
+from app.gui.remembered_robots import Kept, RememberedRobots
+from app.gui.top_bar import TopBar
 from app.gui.widgets import ignoring_event, put_html
 from app.replay.side_by_side import MAX_LANES, SideBySideReplay
-from engine.errors import InvalidData
+from app.runs.library import Library
+from app.runs.run_names import find_run, run_name
+from engine.errors import InvalidData, TensAtlasError
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.tasks import get_task
 from viz.robot import robot_differences as differences
 from viz.robot.robot_differences import Entry
 
+WINDOW = "Side by side"
+MEMORY_KEY = "tensatlas-pins"
+"""Key under which a tab remembers its pins."""
+PLAY = "Replay in lanes"
 NOTHING = (
     '<div style="font-size:12.5px;line-height:1.45;opacity:.7;padding:2px 10px 6px">Pin up to four robots, of'
     " any runs, and see them crawl side by side.</div>"
@@ -31,24 +40,35 @@ class PinsPanel:
     """Keeps the pinned robots and shows what they differ in.
 
     Args:
-        client: the browser; the folder goes into its main panel.
+        client: the browser.
+        bar: of the browser; it gets a window.
         actions: of the browser.
         play: called when something else is to be played: other lanes than before, or one robot again.
+        library: the runs.
     """
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, play: Callable[[], None]) -> None:
-        gui = client.gui
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        bar: TopBar,
+        actions: Actions,
+        play: Callable[[], None],
+        library: Library,
+    ) -> None:
+        gui, self._bar, self._library, self._actions = client.gui, bar, library, actions
+        self._memory: RememberedRobots | None = None
+        self._kept: object = ((), False)
         self._play = play
         self._chosen: Entry | None = None
         self._pins: list[Entry] = []
         self._told = 0.0
         self.side_by_side = False
         """Whether the scene shows the pinned robots instead of the chosen one."""
-        with gui.add_folder("Side by side"):
+        with bar.window(WINDOW, viser.Icon.COLUMNS, "The pinned robots, in lanes and as a table"):
             self._list = gui.add_html(NOTHING)
             self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="pins").handler
             self._toggle = gui.add_button(
-                "Side by side",
+                PLAY,
                 icon=viser.Icon.COLUMNS,
                 visible=False,
                 hint="Replay the pinned robots in lanes, in step; the transport plays all of them",
@@ -56,6 +76,31 @@ class PinsPanel:
             self._now = gui.add_html("")
             self._table = gui.add_html("")
         self._toggle.on_click(ignoring_event(actions.guarded(self._switch)))
+
+    def begin(self, gui: viser.GuiApi) -> None:
+        """Ask the browser which robots were pinned before the page was loaded again.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        if self._memory is None:
+            self._memory = RememberedRobots(gui, MEMORY_KEY, MAX_LANES, self._actions.guarded(self._restore))
+
+    def _restore(self, kept: list[Kept], side_by_side: bool) -> None:
+        paths, found = self._library.runs(), []
+        for name, number in kept:
+            if (path := find_run(name, paths)) is not None:
+                with contextlib.suppress(TensAtlasError):  # it is not there any more
+                    reader = self._library.reader(path)
+                    evaluation, entered = reader.evaluation(number), reader.generation_of(number)
+                    found.append(
+                        Entry(path=path, config=reader.config, evaluation=evaluation, entered=entered)
+                    )
+        if found and not self._pins:
+            self._pins, self.side_by_side = found, side_by_side
+            self._show()
+            if side_by_side:
+                self._play()
 
     @property
     def pins(self) -> tuple[Entry, ...]:
@@ -126,8 +171,14 @@ class PinsPanel:
     def _show(self) -> None:
         put_html(self._list, differences.render_pins(self._pins, self._handler) or NOTHING)
         put_html(self._table, differences.render(self._pins))
+        self._bar.tell(WINDOW, str(len(self._pins) or ""))
+        state = (tuple((e.path, e.number) for e in self._pins), self.side_by_side)
+        if self._memory is not None and state != self._kept:
+            self._kept, paths = state, self._library.runs()
+            named = [(run_name(e.path, paths), e.number) for e in self._pins]
+            self._memory.keep([(n, k) for n, k in named if n is not None], marked=self.side_by_side)
         self._toggle.visible = bool(self._pins)
-        label = "Back to one robot" if self.side_by_side else "Side by side"
+        label = "Back to one robot" if self.side_by_side else PLAY
         if self._toggle.label != label:
             self._toggle.label = label
             self._toggle.icon = viser.Icon.ARROW_BACK if self.side_by_side else viser.Icon.COLUMNS

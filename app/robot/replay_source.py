@@ -8,6 +8,7 @@ from collections.abc import Callable
 import viser
 
 from app.gui.actions import Actions
+from app.gui.top_bar import TopBar
 from app.replay.player import ReplayMoment
 from app.replay.scene import Scene, View
 from app.replay.scene_camera import SceneCamera
@@ -16,6 +17,7 @@ from app.replay.side_by_side_scene import SideBySideScene
 from app.robot.pins_panel import PinsPanel
 from app.robot.robot_panel import RobotPanel
 from app.robot.what_if_panel import WhatIfEvents, WhatIfPanel
+from app.runs.library import Library
 from engine.replay.recording import Playable
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
@@ -36,10 +38,12 @@ class ReplaySource:
 
     Args:
         client: the browser.
+        bar: of the browser.
         scene: that shows one robot.
         camera: of the scene.
         panel: about the chosen robot; it gets a tab for variants.
         actions: of the browser.
+        library: the runs.
         play: called when something else is to be played; it then asks ``replay`` for it.
         may_simulate: called with the seconds of robots' time to simulate; returns whether they are allowed,
             and tells the user if not.
@@ -48,11 +52,13 @@ class ReplaySource:
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         scene: Scene,
         camera: SceneCamera,
         panel: RobotPanel,
         actions: Actions,
         *,
+        library: Library,
         play: Callable[[], None],
         may_simulate: Callable[[float], bool],
     ) -> None:
@@ -63,7 +69,7 @@ class ReplaySource:
         self._what_if = WhatIfPanel(
             client, panel.tabs, actions, WhatIfEvents(self._play_variant, may_simulate)
         )
-        self.pins = PinsPanel(client, actions, self._play_pinned)
+        self.pins = PinsPanel(client, bar, actions, self._play_pinned, library)
         """The robots that can be seen side by side."""
 
     def choose(self, robot: Entry | None) -> None:

@@ -171,7 +171,7 @@ class WhatIfPanel:
         name = str(self._which.value)
         if self._body is None or self._body.stiffness_mode == "shared" or not name.isdecimal():
             return None
-        return int(name[:3]) - 1
+        return min(int(name[:3]), self._body.n_modules - 1)
 
     def _clicked(self, name: str, index: tuple[int, ...]) -> None:
         if name == "face" and len(index) == 2:
@@ -261,7 +261,7 @@ class WhatIfPanel:
             return
         original = robot.evaluation.solution.morphology
         self._which.visible = body.stiffness_mode == "per-module"
-        names = (ALL, *(str(k + 1) for k in range(body.n_modules)))
+        names = (ALL, *map(str, range(body.n_modules)))
         if tuple(self._which.options) != names:
             self._which.options = names
         module = self._module()

@@ -16,9 +16,8 @@ from app.gui.widgets import put, put_html
 from app.runs import launcher
 from app.runs.launcher import NewRun
 from app.runs.library import NEW_RUNS, Library, RunStatus
-from engine.errors import InvalidData, printable
+from engine.errors import InvalidData, RunFileError, printable
 from engine.runs.breeding import MAX_PARENTS, Breeding, Held, breeding_config
-from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
 from engine.storage.schema import SUFFIX
 from engine.tasks import get_task
@@ -164,7 +163,14 @@ class BreedPanel:
             configs,
         )
         given = tuple(f"{path}#{number}" for path, number in robots)
-        new = NewRun(name=name, preset="quick", config=config, workers=os.cpu_count() or 1, given=given)
+        new = NewRun(
+            name=name,
+            preset="quick",
+            config=config,
+            workers=os.cpu_count() or 1,
+            given=given,
+            in_one_process=True,
+        )
         self._breed.disabled = True
         try:
             if self._live and self._is_mine:
@@ -242,7 +248,12 @@ class BreedPanel:
         put(self._stop, self._live, "visible")
         if self._path is None:
             return
-        reader = self._library.reader(self._path)
+        try:
+            reader = self._library.reader(self._path)
+        except RunFileError:  # it was renamed or deleted
+            self._path, self._live = None, False
+            put_html(self._children, "")
+            return
         distance = get_task(reader.config.task).target_distance
         given, born = breeding_strip.tiles_of(reader.records(), distance)
         best = next((t.number for t in born if t.f_s is not None and t.number not in self._dropped), None)
@@ -265,8 +276,12 @@ class BreedPanel:
 
     def _draw_parents(self) -> None:
         drawn = []
-        for path, number in self._parents:
-            evaluation: Evaluation = self._library.reader(path).evaluation(number)
+        for path, number in list(self._parents):
+            try:
+                evaluation = self._library.reader(path).evaluation(number)
+            except RunFileError:
+                self._parents.remove((path, number))
+                continue
             body = evaluation.solution.morphology
             head = body.n_modules - 1 if evaluation.head_is_end else 0
             drawn.append((f"{printable(path.stem)} {number}", body, head))

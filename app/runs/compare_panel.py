@@ -1,4 +1,4 @@
-"""The tab of one browser where runs are chosen and compared; the comparison opens in a window."""
+"""The window of one browser where runs are chosen and compared; the comparison opens in a window."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ComparePanel:
 
     Args:
         client: the browser.
-        panel: gets the tab.
+        window: to be filled.
         facts: returns what is known of a run on offer.
         actions: of the browser.
     """
@@ -34,7 +34,7 @@ class ComparePanel:
     def __init__(
         self,
         client: viser.ClientHandle,
-        panel: viser.PanelHandle,
+        window: viser.GuiTabHandle,
         facts: Callable[[Path], RunFacts],
         actions: Actions,
     ) -> None:
@@ -45,7 +45,7 @@ class ComparePanel:
         self._busy = threading.Lock()
         self._comparison: Comparison | None = None
         self._window = ComparisonWindow(client, download=self._in_background(self._download))
-        with panel.add_tab("Compare", viser.Icon.CHART_BAR):
+        with window:
             gui.add_html(
                 '<div style="font-size:12.5px;line-height:1.5;opacity:.85;padding:6px 10px 0">Runs side by'
                 " side: what each group reaches, whether the difference could be luck, the trends, all"
@@ -59,9 +59,9 @@ class ComparePanel:
                 hint="Compare all runs as they were when each had as many evaluations as the shortest has",
             )
             self._start = gui.add_button(
-                "Compare",
+                "Compare these runs",
                 icon=viser.Icon.CHART_BAR,
-                hint="Compare the chosen runs: tables, tests, figures",
+                hint="The chosen runs: trends, maps, tests, tables",
             )
             self._status = gui.add_html("")
             self._again = gui.add_button(

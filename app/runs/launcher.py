@@ -50,6 +50,7 @@ class NewRun:
         config: what decides the outcome.
         workers: threads that simulate.
         given: where robots are that it starts from, as ``evolve --from`` takes them.
+        in_one_process: whether threads of one process simulate: it begins sooner than several processes.
     """
 
     name: str
@@ -57,6 +58,7 @@ class NewRun:
     config: RunConfig
     workers: int
     given: tuple[str, ...] = ()
+    in_one_process: bool = False
 
 
 def choices(field: str) -> tuple[str, ...]:
@@ -108,7 +110,8 @@ def flags(new: NewRun) -> list[str]:
     """Return the command line's flags of a run: preset, where its configuration differs, given robots."""
     differing = _differing(config.to_json(new.config), config.to_json(config.preset(new.preset)))
     given = ["--from", *new.given] if new.given else []
-    return ["--preset", new.preset, "--workers", str(new.workers), *differing, *given]
+    pool = ["--pool", "threads"] if new.in_one_process else []
+    return ["--preset", new.preset, "--workers", str(new.workers), *pool, *differing, *given]
 
 
 def resume(path: Path, *, workers: int) -> Path:

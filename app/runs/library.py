@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from app.runs.run_names import without_folders
+from app.runs.run_notes import note_of
 from app.runs.time_limit import TimeLimit
 from engine.analysis.robustness import robust_stamp
 from engine.errors import InvalidData, RunFileError, TensAtlasError
@@ -154,6 +155,13 @@ class Library:
             self._let_go(path, left)
         return known[1]
 
+    def forget(self, path: Path) -> None:
+        """Close a run file that has been moved."""
+        with self._mutex:
+            known = self._readers.pop(path, None)
+        if known is not None:
+            self._let_go(path, known[1])
+
     def status(self, path: Path) -> RunStatus:
         """Return the progress of a run.
 
@@ -182,6 +190,7 @@ class Library:
             n_evaluations=n,
             best=max(best, default=None),
             date=reader.created_at[:10],
+            note=note_of(path),
             state=run_state(path, live=live, complete=n >= budget),
         )
 

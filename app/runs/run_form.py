@@ -8,7 +8,7 @@ import html
 import os
 import re
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 import viser
@@ -66,7 +66,7 @@ class RunForm:
         start: called to start the run that the form holds.
     """
 
-    def __init__(self, gui: viser.GuiApi, folder: viser.GuiFolderHandle, start: Callable[[], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, folder: viser.GuiTabHandle, start: Callable[[], None]) -> None:
         self._gui = gui
         self._fields: list[_Field] = []
         self._mark: viser.GuiHtmlHandle | None = None
@@ -189,17 +189,27 @@ class RunForm:
             widget = self._gui.add_text(label, write(value), hint=hint)
         self._fields.append(_Field((*path, name), kind, widget, folder))
 
+    def fill(self, config: RunConfig, name: str) -> None:
+        """Take a configuration, with the next seed, for a run named after another one."""
+        self._take(dataclasses.replace(config, seed=config.seed + 1))
+        put(self._name, f"{re.sub(r'-seed-[0-9]+$', '', name)}-seed-{config.seed + 1}")
+        self.check()
+
     def _fill(self, _event: viser.GuiEvent) -> None:
         """Take what the preset decides; what is to be evolved and how stays as it is."""
-        config = preset(str(self._preset.value))
+        self._take(preset(str(self._preset.value)), but=("task", "algorithm", "seed"))
+        self.check()
+
+    def _take(self, config: RunConfig, but: Sequence[str] = ()) -> None:
         # not as a file has them: it leaves out what files of older versions imply
         own = {name: getattr(owner, name) for owner, name in _own_fields(config)}
         for field in self._fields:
-            if field.path[0] in ("task", "algorithm", "seed"):
+            if field.path[0] in but:
                 continue
             value = functools.reduce(getattr, field.path[1:], own[field.path[0]])
-            put(field.widget, value if field.kind is int else write(value))
-        self.check()
+            written = value if field.kind is int else write(value)
+            if written in getattr(field.widget, "options", (written,)):  # a task may be somebody's file
+                put(field.widget, written)
 
     def _meant(self, message: str) -> _Field | None:
         """Return the field that a message is about: the first one that it names."""

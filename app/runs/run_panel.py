@@ -1,4 +1,4 @@
-"""Run control of one browser, below the robot: the progress of the shown run, and new runs."""
+"""Run control of one browser, in two windows: the progress of the shown run, and new runs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
+from app.gui.top_bar import TopBar
 from app.gui.widgets import put, put_html
 from app.runs import launcher
+from app.runs.run_care import CareEvents, RunCare
 from app.runs.run_form import RunForm
 from app.state import ShownRun
+from engine.config import RunConfig
 from engine.errors import InvalidData, printable
 from engine.replay.dump import SUFFIX as DUMP_SUFFIX
 from engine.storage.rows import Generation, Slimmed
@@ -36,22 +39,26 @@ class RunPanel:
     """Starts, pauses, resumes and stops runs, and shows the progress of one.
 
     Args:
-        client: the browser; the folders go into its main panel.
+        client: the browser.
+        bar: of the browser; it gets a window for this run, and one for new runs.
         actions: of the browser.
         run: that is shown.
         show: called with a run that was started.
         replay_dump: called with a failed simulation that the user wants to see.
+        moved: called when a run has been moved, from here to there; None for the bin.
         read_only: whether the browser may only look.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         actions: Actions,
         run: ShownRun,
         *,
         show: Callable[[Path], None],
         replay_dump: Callable[[Path], None],
+        moved: Callable[[Path, Path | None], None],
         read_only: bool = False,
     ) -> None:
         gui = client.gui
@@ -61,7 +68,8 @@ class RunPanel:
         self._seen_path: Path | None = None
         self._dumps: list[Path] = []
         self._form: RunForm | None = None
-        with gui.add_folder("This run"):
+        self._bar = bar
+        with bar.window("Run", viser.Icon.ACTIVITY, "How far this run is; pause, resume or stop it"):
             self._progress = gui.add_progress_bar(0.0)
             self._text = gui.add_html("")
             self._trouble = gui.add_html("")
@@ -89,11 +97,12 @@ class RunPanel:
                 visible=False,
                 hint="Save what is finished and end this run",
             )
+            self._care = RunCare(gui, actions, CareEvents(self._start_another, moved), read_only=read_only)
         if read_only:
             return
         self._form = RunForm(
             gui,
-            gui.add_folder("New run", expand_by_default=False),
+            bar.window("New run", viser.Icon.ROCKET, "Evolve an atlas of your own"),
             actions.slow(self.start_run),
         )
         self._pause.on_click(actions.slow(self.pause_run))
@@ -103,8 +112,8 @@ class RunPanel:
     def show_run(
         self,
         path: Path,
+        config: RunConfig,
         n: int,
-        budget: int,
         generations: Sequence[Generation],
         *,
         live: bool,
@@ -114,12 +123,14 @@ class RunPanel:
 
         Args:
             path: of its file.
+            config: of the run.
             n: evaluations that it holds.
-            budget: evaluations that it will hold.
             generations: the closed ones.
             live: whether it is being written.
             slimmed: what is left in a slimmed run; None for others.
         """
+        budget = config.evaluations
+        self._care.show(path, config)
         last = generations[-1] if generations else None
         complete = last is not None and last.n_evaluations >= budget
         if path != self._seen_path or not live:
@@ -127,6 +138,7 @@ class RunPanel:
             self._seen_path = path
         self._seen.append((time.monotonic(), n))
         put(self._progress, 100.0 * min(n / budget, 1.0))
+        self._bar.tell("Run", f"{min(n / budget, 1.0):.0%}" if live else "")
         speed = _speed(generations, self._seen) if live else None
         n_failed = 0 if last is None else last.n_failed
         n_kept = None if slimmed is None else slimmed.n_kept
@@ -155,7 +167,14 @@ class RunPanel:
             self._form.start.disabled = False
         with self._actions.mutex:
             self._show(path)
+        self._bar.open("Run")
         self._actions.notify("Started", f"{printable(path.name)} evolves in a separate process.")
+
+    def _start_another(self, config: RunConfig, name: str) -> None:
+        """Fill the form with a configuration, but for the seed, and show it."""
+        if self._form is not None:
+            self._form.fill(config, name)
+            self._bar.open("New run")
 
     def pause_run(self) -> None:
         """Pause the shown run."""

@@ -18,7 +18,7 @@ import viser
 from app.gui.actions import Actions
 from app.gui.viser_private import Gate
 from app.runs.library import UPLOADS
-from engine.errors import InvalidData, RunFileError, TensAtlasError
+from engine.errors import InvalidData, RunFileError, TensAtlasError, printable
 from engine.storage.reader import RunReader
 from engine.storage.schema import KNOWN_TABLES, SUFFIX
 
@@ -51,13 +51,19 @@ class Uploads:
     ) -> None:
         def take() -> None:
             name, content = gate.taken(button)
-            path = keep(name, content, UPLOADS)
+            try:
+                path = keep(name, content, UPLOADS)
+            except RunFileError as e:
+                actions.notify("Not uploaded", str(e), bad=True)
+                return
             with actions.mutex:
                 show(path)
             actions.notify("Uploaded", f"{path.name} is in {UPLOADS} and among the runs now.")
 
         button.on_upload(actions.slow(take))
-        gate.open(button, MAX_BYTES, lambda reason: actions.notify("Not uploaded", f"{reason}."))
+        gate.open(
+            button, SUFFIX, MAX_BYTES, lambda reason: actions.notify("Not uploaded", f"{reason}.", bad=True)
+        )
 
 
 def keep(name: str, content: bytes, folder: Path) -> Path:
@@ -69,9 +75,12 @@ def keep(name: str, content: bytes, folder: Path) -> Path:
         folder: made if it does not exist.
 
     Raises:
-        RunFileError: it is not a whole run file whose task is known here, or there are too many files.
+        RunFileError: it is not a whole run file whose task is known here, is not named like one, or there are
+            too many files.
     """
     safe = safe_name(name)
+    if not name.lower().endswith(SUFFIX):
+        raise RunFileError(f"{printable(name[-60:])} is no run file: their names end in {SUFFIX}")
     if len(content) > MAX_BYTES:
         raise RunFileError(f"{safe}{SUFFIX} is larger than {MAX_BYTES / 1e6:.0f} MB")
     with _one_at_a_time:
@@ -93,7 +102,8 @@ def keep(name: str, content: bytes, folder: Path) -> Path:
 
 def safe_name(name: str) -> str:
     """Return a name for a file, without a suffix, made of what a browser says."""
-    last = re.split(r"[/\\]", name)[-1].removesuffix(SUFFIX)
+    last = re.split(r"[/\\]", name)[-1]
+    last = last[: -len(SUFFIX)] if last.lower().endswith(SUFFIX) else last
     return _unsafe.sub("-", last)[:60].strip("-_") or "run"
 
 

@@ -25,12 +25,12 @@ from app.gui.viser_private import Gate, start_server
 from app.runs.library import Library
 from app.server.log import limit_log
 from app.session.dump_session import DumpSession
+from app.session.preferences import configure_theme
 from app.session.session import Session
 from engine.errors import TensAtlasError
 from engine.replay.dump import read_dump
 from engine.storage.reader import RunReader
 from engine.workers.malloc import keep_memory_compact
-from viz import theme
 
 EVERY_ADDRESS = ("0.0.0.0", "::", "")
 """Hosts that stand for all addresses of the machine."""
@@ -292,9 +292,7 @@ def serve_sessions(
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     browsers = Browsers(start)
     server = start_server(host, port, access or Access(), browsers.dispatch, uploads=uploads)
-    server.gui.configure_theme(
-        dark_mode=True, show_logo=False, show_share_button=False, brand_color=theme.ACCENT
-    )
+    configure_theme(server.gui, dark=True)
 
     # on the server's own thread, which waits for no browser
     @server.on_client_connect

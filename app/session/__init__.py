@@ -8,6 +8,7 @@ Read in this order:
 - ``navigation``: goes where the browser's address points, and keeps the address true.
 - ``address``: what an address says.
 - ``commands``: the command palette.
+- ``preferences``: what a browser remembers: light or dark.
 - ``software_rendering``: tells who has no graphics card.
 - ``dump_session``: a browser that looks at a failed simulation instead of runs.
 """

@@ -12,9 +12,9 @@ import viser
 from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
 from app.gui.lanes import Lane
-from app.gui.widgets import ignoring_event
+from app.gui.top_bar import TopBar
+from app.gui.widgets import ignoring_event, panel_widths
 from app.limits import VISITOR_SECONDS, SimulationBudget
-from app.maps import archives_panel
 from app.maps.map_board import MapBoard
 from app.replay.ground_picker import GroundPicker
 from app.replay.player import Player, ReplayMoment
@@ -27,12 +27,13 @@ from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
 from app.session.greeting import Greeting, best_target
 from app.state import Choice, Selection, ShownRun
-from engine.errors import InvalidData
+from engine.analysis.robustness import Robustness, load_robust_of, robust_stamp
+from engine.errors import InvalidData, TensAtlasError
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.recording import Playable
 from engine.replay.replay import Replay
-from engine.replay.trial import FIRST_TRIAL, TrialChoice
+from engine.replay.trial import TrialChoice
 from engine.search.archive import Cell, cell_name
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
@@ -44,6 +45,7 @@ class ChosenRobot:
 
     Args:
         client: the browser.
+        bar: of the browser.
         run: that is shown.
         choice: that it makes.
         library: the runs.
@@ -57,6 +59,7 @@ class ChosenRobot:
     def __init__(
         self,
         client: viser.ClientHandle,
+        bar: TopBar,
         run: ShownRun,
         choice: Choice,
         library: Library,
@@ -69,6 +72,7 @@ class ChosenRobot:
     ) -> None:
         self._run, self._choice, self._library, self._board = run, choice, library, board
         self._actions, self._moved = actions, moved
+        self._robust: tuple[object, Robustness | None] | None = None
         self._drawn: Playable | None = None
         guarded = actions.guarded
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
@@ -79,17 +83,30 @@ class ChosenRobot:
         """Lies over its scene."""
         self.player = Player(self._may_simulate, simulating)
         """Plays it."""
-        self._panel = robot_panel.RobotPanel(client, actions, guarded(self.choose_ancestor))
+        self._panel = robot_panel.RobotPanel(
+            client, actions, guarded(self.choose_ancestor), self.player.seek, panel_widths(bar.page_width)[1]
+        )
         self.downloads = Downloads(
-            client, run, choice, library, actions, self._panel.maker, self.player, budget=self._budget
+            client,
+            bar,
+            run,
+            choice,
+            library,
+            actions,
+            self._panel.maker,
+            self.player,
+            budget=self._budget,
+            judged=self._panel.show_verdict,
         )
         """Makes files of it."""
         self._source = ReplaySource(
             client,
+            bar,
             scene,
             camera,
             self._panel,
             actions,
+            library=library,
             play=self._play_again,
             may_simulate=self._may_simulate,
         )
@@ -98,7 +115,7 @@ class ChosenRobot:
             self.player,
             scene,
             TransportEvents(guarded(self._choose_other_trial), guarded(self.place_target)),
-            taken=archives_panel.WIDTH + robot_panel.WIDTH,
+            room=bar.page_width - sum(panel_widths(bar.page_width)),
         )
         self._greeting = Greeting(self.overlay, scene, self._transport)
         self.overlay.on_do(guarded(self._look))
@@ -118,6 +135,14 @@ class ChosenRobot:
             "Pins": lambda: [(e.path, e.number) for e in self._source.pins.pins],
             "Basket": lambda: [(item.path, item.number) for item in self.downloads.basket],
         }
+
+    def arrived(self, gui: viser.GuiApi) -> None:
+        """Bring back the pinned robots, once what the address names is shown.
+
+        Args:
+            gui: at a place that is always on the page.
+        """
+        self._source.pins.begin(gui)
 
     def cancel(self) -> None:
         """Give up what is simulated, played and made for a browser that has gone."""
@@ -149,7 +174,7 @@ class ChosenRobot:
         archive: str,
         cell: Cell | None,
         number: int,
-        trial: TrialChoice = FIRST_TRIAL,
+        trial: TrialChoice | None = None,
     ) -> None:
         """Choose the robot of an evaluation and replay a trial of it.
 
@@ -157,7 +182,7 @@ class ChosenRobot:
             archive: it was chosen in.
             cell: of the archive that holds it, None if none does.
             number: of the evaluation.
-            trial: of the robot.
+            trial: of the robot; None for one towards the target that it reaches best.
 
         Raises:
             RunFileError: the run has no such evaluation.
@@ -165,7 +190,8 @@ class ChosenRobot:
         """
         self._end_greeting()
         reader = self._reader()
-        self._show(reader, Selection.of(reader, archive, cell, number), trial)
+        chosen = Selection.of(reader, archive, cell, number)
+        self._show(reader, chosen, trial or TrialChoice(target=best_target(chosen.evaluation)))
 
     def greet(self, n_trials: int) -> None:
         """Show the best robot of the run, if there is any, on its way to the target that it reaches best.
@@ -306,8 +332,16 @@ class ChosenRobot:
             where += f" cell {cell_name(chosen.cell)}"
         if chosen.is_ancestor:
             where = f"ancestor of robot {chosen.line[0].number}"
-        self._panel.show_robot(reader.config, chosen.evaluation, where, chosen.entered, line=chosen.line)
+        self._panel.show_robot(
+            reader.config,
+            chosen.evaluation,
+            where,
+            chosen.entered,
+            line=chosen.line,
+            robust=self._robust_of(reader),
+        )
         self.downloads.panel.allow_robot(True)
+        self.downloads.judge()
         self._board.choose(chosen.archive, chosen.number)
         self._source.choose(
             Entry(
@@ -315,6 +349,17 @@ class ChosenRobot:
             )
         )
         self.choose_trial(trial)
+
+    def _robust_of(self, reader: RunReader) -> Robustness | None:
+        """Return what evaluating the run's elites again has shown, if that was done and can be read."""
+        stamp = (reader, robust_stamp(reader.path))
+        if self._robust is None or self._robust[0] != stamp:
+            try:
+                found = load_robust_of(reader)
+            except TensAtlasError:  # the maps say what is wrong with it
+                found = None
+            self._robust = (stamp, found)
+        return self._robust[1]
 
     def _play_again(self) -> None:
         """Replay the present trial from its start."""

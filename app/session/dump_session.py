@@ -5,12 +5,13 @@ from __future__ import annotations
 import viser
 
 from app.gui.lanes import Lane
+from app.gui.widgets import panel_widths
 from app.replay.player import Player
 from app.replay.scene import Scene, view_named
 from app.replay.scene_camera import SceneCamera
 from app.replay.scene_overlay import SceneOverlay
 from app.replay.transport import TransportEvents, TransportPanel
-from app.robot.robot_panel import WIDTH, dock
+from app.robot.robot_panel import dock
 from app.session.software_rendering import tell_of_software_rendering
 from engine.replay.dump import Dump
 from engine.replay.dump_replay import DumpReplay
@@ -32,8 +33,9 @@ class DumpSession:
     """
 
     def __init__(self, client: viser.ClientHandle, dump: Dump, simulating: Lane) -> None:
-        gui, camera = client.gui, SceneCamera(client)
-        dock(gui)
+        gui, camera, page = client.gui, SceneCamera(client), client.camera.image_width
+        width = panel_widths(page)[1]
+        dock(gui, width)
         with gui.add_folder("Failed simulation"):
             gui.add_html(robot_card.render_failure(dump))
         scene = Scene(client, camera)
@@ -47,7 +49,7 @@ class DumpSession:
         self._player = Player(lane=simulating)
         self._player.show_with(scene.show)
         transport = TransportPanel(
-            client, self._player, scene, TransportEvents(), taken=WIDTH, step=SLIDER_STEP
+            client, self._player, scene, TransportEvents(), room=page - width, step=SLIDER_STEP
         )
         transport.show_only(SPEED)
         self._player.load(DumpReplay(dump))

@@ -133,6 +133,7 @@ class Navigation:
             self._going = False
             traveller.greet()
             self.update()
+            robot.arrived(self._gui)
 
     def _go(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:
         fresh, self._arrived = not self._arrived, True

@@ -12,8 +12,11 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.lanes import Lanes
+from app.gui.top_bar import TopBar
 from app.gui.viser_private import Gate
+from app.gui.widgets import panel_widths
 from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
+from app.maps.elites_panel import ElitesPanel
 from app.maps.generation_player import GenerationPlayer
 from app.maps.map_board import MapBoard
 from app.maps.shared_scale import SharedScale
@@ -25,9 +28,10 @@ from app.runs.upload import Uploads
 from app.session.chosen_robot import ChosenRobot
 from app.session.commands import add_commands, steering_commands, viewing_commands
 from app.session.navigation import Navigation
+from app.session.preferences import ThemeSwitch
 from app.session.software_rendering import tell_of_software_rendering
 from app.state import Choice, ShownRun
-from engine.errors import InvalidData, TensAtlasError
+from engine.errors import InvalidData, TensAtlasError, printable
 from engine.search.archive import Cell
 from engine.storage.reader import RunReader, changed_versions
 from viz.runs.run_list import RunFacts
@@ -58,7 +62,7 @@ class Session:
     ) -> None:
         self._library = library
         self._run, self._wanted_generation = ShownRun(), 0
-        choice = Choice()
+        self._choice = choice = Choice()
         told: Callable[[str], str] = library.for_visitors if read_only else str
 
         def facts(path: Path) -> RunFacts:
@@ -67,38 +71,48 @@ class Session:
 
         self._actions = actions = Actions(client, lanes, told)
         guarded = actions.guarded
-        self._archives = ArchivesPanel(client, facts)
+        self._bar = bar = TopBar(client, actions.guarded(self._toggle_theme))
+        self._archives = ArchivesPanel(client, facts, panel_widths(bar.page_width)[0])
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
-        self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits)
+        self._elites = ElitesPanel(client.gui, bar)
+        self._board = MapBoard(self._archives, actions.notify, SharedScale(library).limits, self._elites)
         self._growth = GenerationPlayer(self._grow, self._archives.show_growth_playing)
-        self._compare = ComparePanel(client, self._archives.panel, facts, actions)
         self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
             client,
+            bar,
             self._run,
             choice,
             library,
             self._board,
             actions,
             simulating=lanes.simulating,
-            moved=self._navigation.update,
+            moved=self._moved,
             read_only=read_only,
+        )
+        self._compare = ComparePanel(
+            client,
+            bar.window("Compare", viser.Icon.CHART_BAR, "Runs side by side: trends, maps, tests"),
+            facts,
+            actions,
         )
         self._run_panel = RunPanel(
             client,
+            bar,
             actions,
             self._run,
             show=self.open_run,
             replay_dump=self._robot.replay_dump,
+            moved=self._run_is_elsewhere,
             read_only=read_only,
         )
         self._breed: BreedPanel | None = None
         if not read_only:
             self._breed = BreedPanel(
                 client.gui,
-                client.gui.add_folder("Breed", expand_by_default=False),
+                bar.window("Breed", viser.Icon.HEART, "Children of robots that you like"),
                 actions,
                 library,
                 self._robot.to_breed(),
@@ -116,11 +130,13 @@ class Session:
                 space_pressed=guarded(self._robot.player.toggle),
             )
         )
+        self._elites.connect(guarded(self._robot.choose), guarded(self._board.filter))
         commands = viewing_commands(self, self._robot, actions, self._archives.picker)
         if not read_only:
             commands += steering_commands(self._run_panel, actions)
         add_commands(client.gui, commands)
         self._navigation.begin(self, self._robot)
+        self._theme = ThemeSwitch(client.gui)
         self._robot.downloads.begin(client.gui)
         tell_of_software_rendering(client, self._robot.overlay.show_chip)
 
@@ -178,7 +194,7 @@ class Session:
             self._breed.begin(path, reader)
         if not self._navigation.going:
             self.greet()
-        self._navigation.update()
+        self._moved()
 
     def greet(self) -> None:
         """Show the best robot of the run, if none is shown."""
@@ -233,6 +249,16 @@ class Session:
         for problem in problems:
             self._actions.notify("A run cannot be shown", problem)
 
+    def _toggle_theme(self) -> None:
+        self._theme.toggle()
+
+    def _moved(self) -> None:
+        """Let the page's address and its name say what is shown."""
+        self._navigation.update()
+        run, chosen = self._run.path, self._choice.selection
+        what = "" if run is None else printable(run.stem)
+        self._bar.name_page(what if chosen is None else f"robot {chosen.number} of {what}")
+
     def _offer(self, shown: Path | None) -> None:
         paths = self._library.runs()
         self._archives.picker.offer(paths, shown)
@@ -248,6 +274,15 @@ class Session:
                 self.show_generation(number)
 
         self._actions.guarded(show)()
+
+    def _run_is_elsewhere(self, path: Path, new: Path | None) -> None:
+        """Show a run at its new place, or another one if it is in the bin."""
+        self._library.unwatch(self)
+        self._library.forget(path)
+        if new is not None:
+            self.open_run(new)
+        else:
+            self.open_first()
 
     def _run_moved(self, path: Path, status: RunStatus) -> None:
         """Show that a run has advanced; on the library's thread, which waits for no browser."""
@@ -275,8 +310,8 @@ class Session:
         self._archives.show_status(reader, last, status.n_evaluations, live=status.live, complete=complete)
         self._run_panel.show_run(
             reader.path,
+            reader.config,
             status.n_evaluations,
-            budget,
             run.generations,
             live=status.live,
             slimmed=reader.slimmed,

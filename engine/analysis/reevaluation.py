@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import hashlib
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -19,9 +21,12 @@ from engine.analysis.robustness import (
     save_robust,
 )
 from engine.analysis.verify import with_noise
+from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
+from engine.files import compact_json
 from engine.runs.evolve import check_physics
-from engine.simulation.evaluation import Solution
+from engine.simulation.evaluation import Evaluation, Solution
+from engine.simulation.physics import Physics, physics_to_json
 from engine.simulation.provenance import versions
 from engine.storage.lock import RunLock
 from engine.storage.reader import RunReader
@@ -39,6 +44,7 @@ def reevaluate(
     *,
     repeats: int,
     archive: str | None = None,
+    robots: tuple[str, Physics] | None = None,
     n_threads: int = 1,
     observer: CountObserver | None = None,
 ) -> tuple[Robustness, list[MapRobustness]]:
@@ -52,6 +58,8 @@ def reevaluate(
         repeats: evaluations of each elite, all targets and the run's repeats each.
         archive: the only archive whose elites are evaluated, or ``morphology`` or ``controller`` for a map of
             a 4-D archive; None for all archives.
+        robots: what the robots are built from and the physics that they have then; they keep their heads.
+            None for robots as evolved.
         n_threads: threads inside MuJoCo; the result does not depend on it.
         observer: told about progress.
 
@@ -66,8 +74,12 @@ def reevaluate(
     """
     if not 1 <= repeats <= MAX_REPEATS:
         raise InvalidData(f"repeats must be from 1 to {MAX_REPEATS}, not {repeats}")
-    with RunReader(run) as reader, _alone(robust_path(run)) as path:
-        check_physics(reader.config)
+    built = robots is not None
+    with RunReader(run) as reader, _alone(robust_path(run, as_built=built)) as path:
+        config = reader.config
+        if robots is not None:
+            config = dataclasses.replace(config, physics=robots[1])
+        check_physics(config)
         last = reader.finished_generation()
         if archive in last.archives or archive is None:
             maps = archive_maps(reader, last)
@@ -77,8 +89,9 @@ def reevaluate(
             reader.finished_generation(archive)  # says which there are
         maps = {name: maps[name] for name in ([archive] if archive else sorted(maps))}
         elites = {n: fitness for m in maps.values() for fitness, n in m.elites.values()}
-        before = load_robust_of(reader)
-        _check_versions(before, path, reader.config.task)
+        before = load_robust_of(reader, as_built=built)
+        decisive = _decisive(config.task, robots)
+        _check_versions(before, path, decisive)
         recorded = dict(before.recorded if before else {}) | elites
         samples = {n: dict(k) for n, k in (before.samples if before else {}).items()}
         missing = [
@@ -95,14 +108,14 @@ def reevaluate(
         def result() -> Robustness:
             return Robustness(
                 reader.created_at,
-                _decisive(reader.config.task),
+                decisive,
                 dict(sorted(recorded.items())),
                 {n: dict(sorted(samples.get(n, {}).items())) for n in sorted(recorded)},
             )
 
         saved_at, n_done = time.monotonic(), 0
         try:
-            for group in create_evaluator(reader.config, n_threads).evaluate(solutions):
+            for group in _evaluated(config, solutions, known, jobs, built=built, n_threads=n_threads):
                 for e in group:
                     n, k = jobs[e.solution.number]
                     samples.setdefault(n, {})[k] = e.fitness
@@ -120,6 +133,24 @@ def reevaluate(
         return robust, [map_robustness(name, m, robust, distance) for name, m in maps.items()]
 
 
+def _evaluated(
+    config: RunConfig,
+    solutions: Sequence[Solution],
+    known: Mapping[int, Evaluation],
+    jobs: Mapping[int, tuple[int, int]],
+    *,
+    built: bool,
+    n_threads: int,
+) -> Iterator[list[Evaluation]]:
+    """Yield the evaluations of solutions; built robots have the heads that the run found."""
+    if not built:
+        yield from create_evaluator(config, n_threads).evaluate(solutions)
+        return
+    for is_end in (True, False):
+        own = [s for s in solutions if known[jobs[s.number][0]].head_is_end == is_end]
+        yield from create_evaluator(config, n_threads, head_is_end=is_end).evaluate(own)
+
+
 @contextlib.contextmanager
 def _alone(path: Path) -> Iterator[Path]:
     """Lock a file for a ``with`` block: two writers would overwrite each other's results."""
@@ -133,13 +164,17 @@ def _alone(path: Path) -> Iterator[Path]:
         lock.release()
 
 
-def _decisive(task: str) -> dict[str, str]:
+def _decisive(task: str, robots: tuple[str, Physics] | None) -> dict[str, str]:
     now = versions(task)
-    return {name: now[name] for name in _DECISIVE} | task_version(task)
+    found = {name: now[name] for name in _DECISIVE} | task_version(task)
+    if robots is not None:
+        digest = hashlib.sha256(compact_json(physics_to_json(robots[1])).encode()).hexdigest()
+        found["robots of"] = f"{robots[0]} ({digest[:12]})"
+    return found
 
 
-def _check_versions(before: Robustness | None, path: Path, task: str) -> None:
-    for name, now in _decisive(task).items() if before else ():
+def _check_versions(before: Robustness | None, path: Path, decisive: Mapping[str, str]) -> None:
+    for name, now in decisive.items() if before else ():
         then = before.versions.get(name) if before else None
         if then != now:
             raise InvalidData(f"{path} was made with {name} {then}, this is {now}; delete it to begin anew")

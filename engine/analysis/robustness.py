@@ -8,6 +8,7 @@ IEEE Transactions on Evolutionary Computation 2023). Elites stay in their cells.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 from collections.abc import Mapping
@@ -27,6 +28,8 @@ MAX_BYTES: Final = 100_000_000
 """Size of the largest file of results that is read."""
 MAX_REPEATS: Final = 100
 SUFFIX: Final = ".robust.json"
+AS_BUILT_SUFFIX: Final = ".as_built.json"
+"""Of the same for robots as they would be built."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -108,18 +111,20 @@ class MapRobustness:
     corrected_qd_score: float
 
 
-def robust_path(run: Path) -> Path:
-    """Return the path of the file beside a run file that holds the results of its elites."""
-    return run.with_name(run.stem + SUFFIX)
+def robust_path(run: Path, *, as_built: bool = False) -> Path:
+    """Return the path of the file beside a run file that holds the results of its elites, or as built."""
+    return run.with_name(run.stem + (AS_BUILT_SUFFIX if as_built else SUFFIX))
 
 
 def robust_stamp(run: Path) -> tuple[int, int] | None:
-    """Return time in ns and size of the results' file, which show when it changes; None without one."""
-    try:
-        found = robust_path(run).stat()
-    except OSError:
+    """Return time in ns and size of the results' files, which show when one changes; None without any."""
+    found = []
+    for as_built in (False, True):
+        with contextlib.suppress(OSError):
+            found.append(robust_path(run, as_built=as_built).stat())
+    if not found:
         return None
-    return found.st_mtime_ns, found.st_size
+    return max(f.st_mtime_ns for f in found), sum(f.st_size for f in found)
 
 
 def load_robust(path: Path) -> Robustness:
@@ -165,13 +170,17 @@ def load_robust(path: Path) -> Robustness:
         raise InvalidData(f"{path} is damaged: {e!r}") from None
 
 
-def load_robust_of(reader: RunReader) -> Robustness | None:
+def load_robust_of(reader: RunReader, *, as_built: bool = False) -> Robustness | None:
     """Return the results that lie beside a run file, or None if there are none.
+
+    Args:
+        reader: of the run.
+        as_built: whether those of its robots as they would be built.
 
     Raises:
         InvalidData: the file is damaged or of another run.
     """
-    path = robust_path(reader.path)
+    path = robust_path(reader.path, as_built=as_built)
     if not path.exists():
         return None
     robust = load_robust(path)

@@ -258,7 +258,7 @@ def _check_int(what: str, value: Any, low: int, high: int) -> None:
 
 
 def body_changes(parent: Morphology, child: Morphology) -> list[str]:
-    """Return what differs between two bodies, in words; modules count from 1.
+    """Return what differs between two bodies, in words; modules count from 0.
 
     An added or removed module is named such that the fewest differences remain in the others.
     """
@@ -269,7 +269,7 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
     if abs(moved) == 1:
         longer, shorter = (new, old) if moved > 0 else (old, new)
         at = min(range(len(longer)), key=lambda i: _differences(longer[:i] + longer[i + 1 :], shorter))
-        changes.append(f"module {at + 1} {'added' if moved > 0 else 'removed'}")
+        changes.append(f"module {at} {'added' if moved > 0 else 'removed'}")
         if moved > 0:
             kept.remove(at)
             new = new[:at] + new[at + 1 :]
@@ -277,7 +277,7 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
             old = old[:at] + old[at + 1 :]
     elif moved:
         return [f"{len(old)} → {len(new)} modules"]
-    turned = [kept[i] + 1 for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
+    turned = [kept[i] for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
     if not moved and parent.rhythms != child.rhythms:
         changes.append("rhythms")
     if turned:

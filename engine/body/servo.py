@@ -53,9 +53,14 @@ def command_angle(frequency: np.ndarray, phase: np.ndarray, time: float) -> np.n
     return 90.0 * (np.sin(2.0 * np.pi * frequency * time + phase) + 1.0)
 
 
-def target_lengths(command: np.ndarray) -> np.ndarray:
-    """Return the target lengths in metres, (..., 5), for commands in degrees, (...)."""
+def target_lengths(command: np.ndarray, table: np.ndarray = TARGET_LENGTHS) -> np.ndarray:
+    """Return the target lengths in metres, (..., 5), for commands in degrees, (...).
+
+    Args:
+        command: of any shape.
+        table: (181, 5) lengths at commands 0, 1, ... 180 degrees.
+    """
     command = np.clip(command, 0.0, 180.0)
     below = np.minimum(command.astype(int), 179)
     part = (command - below)[..., None]
-    return TARGET_LENGTHS[below] * (1.0 - part) + TARGET_LENGTHS[below + 1] * part
+    return np.asarray(table[below] * (1.0 - part) + table[below + 1] * part)

@@ -11,6 +11,7 @@ order; nothing imports what stands below it:
 - ``bill_of_materials``: every part with its quantity, size and mass.
 - ``mass_balance``: simulated against built mass, and the ballast that makes up for the difference.
 - ``buildability``: why a robot cannot be built or would not work, and what would help.
+- ``as_built/``: how the built robot differs from the simulated one, and its simulation with all of that.
 - ``firmware``: the controller as an Arduino sketch.
 - ``folder``: all files to cut, print and buy from, by name.
 """

@@ -12,7 +12,7 @@ from typing import Final
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, design_cables
+from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, KNOT_LEFT, design_cables
 from engine.fabrication.dimensions.cut_lists import rods, stock_plan
 from engine.fabrication.materials import Materials, Source, load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
@@ -150,10 +150,10 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     quantity=len(t.CABLES) * len(modules),
                     length=cut,
                     diameter=design.section.width,
-                    mass=materials.cable.density * design.section.area * cut,
+                    mass=materials.cable.density * design.section.area * (design.path + 2 * KNOT_LEFT),
                     source=materials.cable_source,
                     note=f"{materials.cable.material}; {1e3 * design.path:.1f} mm from knot to knot"
-                    f" unstretched; modules {_list(modules)}",
+                    f" unstretched, knots trimmed to {1e3 * KNOT_LEFT:.0f} mm; modules {_list(modules)}",
                 )
             )
     reach = 0.1

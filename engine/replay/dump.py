@@ -28,7 +28,7 @@ from engine.files import open_file, read_zip, write_files, zip_bytes
 from engine.simulation.divergence import MAX_UPDATES, Failure
 from engine.simulation.evaluation import FailedTrial, Solution, Stage
 from engine.simulation.model import RobotModel, build_robot, build_spec, with_walls, xml_with_state
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, physics_to_json
 from engine.simulation.trials import MAX_REPEATS
 from engine.tasks import get_task
 from engine.tasks.walls import MAX_WALLS, Wall, add_walls
@@ -109,7 +109,7 @@ class DumpFolder:
         if self._n_failed > MAX_DUMPS:
             return ""
         config = self._config
-        dump = Dump(config.task, config.physics, config.seed, failed, self._versions)
+        dump = Dump(config.task, failed.physics or config.physics, config.seed, failed, self._versions)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             write_dump(dump, self._folder / dump.file_name)
@@ -173,7 +173,7 @@ def _pack(dump: Dump) -> bytes:
         "reason": f.failure.reason,
         "n_updates": f.failure.n_updates,
         "task": dump.task,
-        "physics": dataclasses.asdict(dump.physics),
+        "physics": physics_to_json(dump.physics),
         "run_seed": dump.run_seed,
         "versions": dump.versions,
         "walls": [w.to_json() for w in f.walls],

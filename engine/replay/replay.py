@@ -19,7 +19,7 @@ from engine.simulation.batch import SPAN, Span, SpanObserver
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import check_timestep
 from engine.simulation.rollout import Head, RollOut
-from engine.simulation.trials import fresh_number, start_trials, trials_of
+from engine.simulation.trials import fresh_number, physics_of, start_trials, trials_of
 from engine.tasks import get_task
 from engine.tasks.walls import Wall
 
@@ -54,14 +54,15 @@ def repeat_trial(
     ]
     if aim is not None:
         trial = dataclasses.replace(trial, offset=aim.offset)
+    number = fresh_number(solution.number, fresh)
     return start_trials(
         [solution.morphology],
         [solution.controller],
         [trial],
-        numbers=[fresh_number(solution.number, fresh)],
+        numbers=[number],
         run_seed=config.seed,
         task=task,
-        physics=config.physics,
+        physics=physics_of(config.physics, config.seed, number, repeat),
         times=config.trials,
         heads=[Head.of(solution.morphology, evaluation.head_is_end)],
         observer=observer,

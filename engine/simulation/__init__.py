@@ -2,9 +2,11 @@
 
 Read in this order:
 
+- ``built``: what a robot is like where it may differ from the published one, and how robots differ.
 - ``physics``: what a run can set: friction, contact, inertia, noise, time step.
 - ``model``: a body and its walls as a MuJoCo model.
 - ``divergence``: which simulations have failed, and their last moments.
+- ``senses``: what a controller is told, and where a servo stands: late, noisy, slow.
 - ``batch``: many simulations side by side, by MuJoCo.
 - ``rollout``: settling, the search for the head, the closed loop of sensing, network and servos, by MuJoCo.
 - ``kernel/``: all of this by the product's own kernel: the same physics, much faster.

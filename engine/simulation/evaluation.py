@@ -21,7 +21,7 @@ from engine.errors import printable
 from engine.simulation.divergence import Failure
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import BatchObserver, Head, TrialResults
-from engine.simulation.trials import StartedTrials, TrialConfig, rounded, start_trials, trials_of
+from engine.simulation.trials import StartedTrials, TrialConfig, physics_of, rounded, start_trials, trials_of
 from engine.tasks import Task, fitness
 from engine.tasks.walls import Wall
 
@@ -116,6 +116,7 @@ class FailedTrial:
         target, repeat: which trial, None in another stage.
         failure: why, and the simulation's last control updates.
         walls: that stood in the world.
+        physics: of the robot, where it is another than its run's.
     """
 
     solution: Solution
@@ -125,6 +126,7 @@ class FailedTrial:
     repeat: int | None
     failure: Failure
     walls: tuple[Wall, ...] = ()
+    physics: Physics | None = None
 
 
 FailureKeeper = Callable[[FailedTrial], str]
@@ -160,6 +162,15 @@ def most_together(n_solutions: int, n_workers: int, physics: Physics) -> int:
     return max(1, min(MOST_TOGETHER, n_solutions // (GROUPS_PER_WORKER * max(1, n_workers))))
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Outcome:
+    """What simulating one solution gave: its trials, its head and its first failure."""
+
+    result: TrialResults
+    head: Head
+    failed: FailedTrial | None
+
+
 class LocalEvaluator:
     """Evaluates solutions on the threads of this machine.
 
@@ -172,6 +183,7 @@ class LocalEvaluator:
         keep_failure: called once for every evaluation in which a simulation failed, in the order of the
             evaluations; by default failures are not kept.
         observer: sees the trials of every group of robots, not how they settle.
+        head_is_end: which end of every robot is its head, if that is known; it is then not searched.
     """
 
     def __init__(
@@ -184,6 +196,7 @@ class LocalEvaluator:
         n_threads: int = 1,
         keep_failure: FailureKeeper | None = None,
         observer: BatchObserver | None = None,
+        head_is_end: bool | None = None,
     ) -> None:
         self._task = task
         self._physics = physics
@@ -192,13 +205,14 @@ class LocalEvaluator:
         self._n_threads = n_threads
         self._keep_failure = keep_failure
         self._observer = observer
+        self._head_is_end = head_is_end
 
     def evaluate(self, solutions: Sequence[Solution]) -> Iterator[list[Evaluation]]:
         """Yield evaluations in groups of robots with equally many modules."""
         # Python's own part of a simulation keeps other threads waiting, and a user's task may not expect them
         if self._n_threads == 1 or self._physics.simulator != "kernel" or self._task.file or self._observer:
             for group in in_groups(solutions, MOST_TOGETHER):
-                yield self._summary(group, *self._simulated(group, self._n_threads))
+                yield self._summary(group, self._simulated(group, self._n_threads))
             return
         groups = in_groups(solutions, most_together(len(solutions), self._n_threads, self._physics))
         inside = self._n_threads // min(self._n_threads, max(1, len(groups)))
@@ -206,37 +220,80 @@ class LocalEvaluator:
         try:
             done = pool.map(lambda group: self._simulated(group, inside), groups)
             for group, outcome in zip(groups, done, strict=True):
-                yield self._summary(group, *outcome)
+                yield self._summary(group, outcome)
         finally:
             pool.shutdown(cancel_futures=True)
 
-    def _simulated(
-        self, solutions: Sequence[Solution], n_threads: int
-    ) -> tuple[StartedTrials, list[TrialResults]]:
+    def _simulated(self, solutions: Sequence[Solution], n_threads: int) -> list[_Outcome]:
         """Simulate solutions of one size."""
+        if self._physics.spread:
+            return [self._of_a_design(solution, n_threads) for solution in solutions]
+        started = self._start(solutions, self._physics, self._heads(solutions), n_threads)
+        results = started.loop.run(self._trials.trial_time, self._observer)
+        return [
+            _Outcome(result, started.heads[k], self._first_failure(solution, result, started, k))
+            for k, (solution, result) in enumerate(zip(solutions, results, strict=True))
+        ]
+
+    def _of_a_design(self, solution: Solution, n_threads: int) -> _Outcome:
+        """Simulate robots of one design, another in every repeat; all have the head that the design has."""
+        heads = self._heads([solution])
+        if heads is None:
+            heads = self._start([solution], self._physics, None, n_threads).heads
+        repeats, failed = [], None
+        for repeat in range(self._trials.repeats):
+            physics = physics_of(self._physics, self._run_seed, solution.number, repeat)
+            started = self._start([solution], physics, heads, n_threads, repeat)
+            result = started.loop.run(self._trials.trial_time, self._observer)[0]
+            found = self._first_failure(solution, result, started, 0)
+            if failed is None and found is not None:
+                failed = dataclasses.replace(
+                    found, repeat=None if found.repeat is None else repeat, physics=physics
+                )
+            repeats.append(result)
+        joined = TrialResults(
+            np.stack([r.scores for r in repeats], axis=1).ravel(),
+            np.stack([r.trajectory for r in repeats], axis=1).reshape(-1, *repeats[0].trajectory.shape[1:]),
+            tuple(f for of_target in zip(*(r.failures for r in repeats), strict=True) for f in of_target),
+        )
+        return _Outcome(joined, heads[0], failed)
+
+    def _summary(self, solutions: Sequence[Solution], outcomes: Sequence[_Outcome]) -> list[Evaluation]:
+        """Return the evaluations of simulated solutions, and keep their failures."""
+        return [
+            self._summarise(solution, o.result, o.head, o.failed)
+            for solution, o in zip(solutions, outcomes, strict=True)
+        ]
+
+    def _start(
+        self,
+        solutions: Sequence[Solution],
+        physics: Physics,
+        heads: list[Head] | None,
+        n_threads: int,
+        repeat: int | None = None,
+    ) -> StartedTrials:
+        """Start the trials of solutions with equally many modules, of one repeat or of all."""
         n_modules = solutions[0].morphology.n_modules
-        started = start_trials(
+        trials = trials_of(self._task, n_modules, self._trials.repeats)
+        return start_trials(
             [s.morphology for s in solutions],
             [s.controller for s in solutions],
-            trials_of(self._task, n_modules, self._trials.repeats),
+            [trial for trial in trials if repeat in (None, trial.repeat)],
             numbers=[s.number for s in solutions],
             run_seed=self._run_seed,
             task=self._task,
-            physics=self._physics,
+            physics=physics,
             times=self._trials,
+            heads=heads,
             n_threads=n_threads,
         )
-        return started, started.loop.run(self._trials.trial_time, self._observer)
 
-    def _summary(
-        self, solutions: Sequence[Solution], started: StartedTrials, results: Sequence[TrialResults]
-    ) -> list[Evaluation]:
-        """Return the evaluations of simulated solutions, and keep their failures."""
-        evaluations = []
-        for k, (solution, result) in enumerate(zip(solutions, results, strict=True)):
-            failed = self._first_failure(solution, result, started, k)
-            evaluations.append(self._summarise(solution, result, started.heads[k], failed))
-        return evaluations
+    def _heads(self, solutions: Sequence[Solution]) -> list[Head] | None:
+        """Return the heads of robots if they are known."""
+        if self._head_is_end is None:
+            return None
+        return [Head.of(s.morphology, self._head_is_end) for s in solutions]
 
     def _first_failure(
         self, solution: Solution, result: TrialResults, started: StartedTrials, robot: int
@@ -251,7 +308,7 @@ class LocalEvaluator:
             stage = "settling" if settling else "head-search"
         elif result.failed is not None:
             failure = result.failures[result.failed]
-            target, repeat = divmod(result.failed, self._trials.repeats)
+            target, repeat = divmod(result.failed, len(result.failures) // self._task.n_targets)
             walls = started.loop.walls[robot][result.failed]
         if failure is None:
             return None

@@ -22,6 +22,7 @@ from engine.body import module as t
 from engine.body.kinematics import points_on, quaternion_product
 from engine.body.morphology import Morphology
 from engine.exact import length
+from engine.simulation.built import Built
 from engine.simulation.physics import Physics
 from engine.tasks.walls import Wall, add_walls
 
@@ -123,6 +124,7 @@ def chain_spec(
         module, cable = divmod(i, len(t.CABLES) + len(t.SERVO_NODES))
         if cable < len(t.CABLES):
             stiffness = t.stiffness_n_per_m(levels[module] / t.N_STIFFNESS_LEVELS)
+            stiffness *= physics.built.stiffness_factor(levels[module], module)
             tendon.stiffness = [stiffness, 0.0, 0.0]
     for i in range(len(faces) - 1):
         _add_joint(rods, i, faces)
@@ -249,7 +251,7 @@ def _add_module(rods: _Rods, i: int, physics: Physics) -> None:
             mass=0.0,
         )
         _set_inertia(body, r, half, physics)
-    _add_cables(rods, i)
+    _add_cables(rods, i, physics.built)
 
 
 def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Physics) -> None:
@@ -258,7 +260,7 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     The true spin inertia is some 500 times smaller than the transverse one and no task depends on it; 0.3 of
     the transverse part keeps every integrator stable.
     """
-    mass = t.SERVO_ROD_MASS if rod == t.SERVO_ROD else t.ROD_MASS
+    mass = physics.built.servo_rod_mass if rod == t.SERVO_ROD else physics.built.plain_rod_mass
     mass *= physics.inertia_scale
     transverse = mass * t.ROD_LENGTH * t.ROD_LENGTH / 12
     axis = int(np.argmax(np.abs(half)))
@@ -267,18 +269,18 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     if rod != t.SERVO_ROD:
         inertia *= physics.rod_inertia
     body.mass = mass
-    body.ipos = t.SERVO_ROD_CENTRE_OF_MASS if rod == t.SERVO_ROD else [0.0, 0.0, 0.0]
+    body.ipos = physics.built.centre_of_mass if rod == t.SERVO_ROD else [0.0, 0.0, 0.0]
     body.inertia = inertia
     body.explicitinertial = True
 
 
-def _add_cables(rods: _Rods, i: int) -> None:
+def _add_cables(rods: _Rods, i: int, built: Built) -> None:
     spec = rods.spec
     for a, b in t.CABLES:
         tendon = spec.add_tendon(
             name=f"m{i}_cable_{a}_{b}",
             damping=[t.CABLE_DAMPING, 0.0, 0.0],
-            springlength=[0.0, t.CABLE_REST_LENGTH],
+            springlength=[0.0, built.rest_length],
             width=0.0006,
             rgba=[0.36, 0.65, 0.86, 1.0],
         )
@@ -289,17 +291,17 @@ def _add_cables(rods: _Rods, i: int) -> None:
         on_sphere, on_rod = t.servo_anchors(node)
         tendon.wrap_site(rods.add_site(i, t.SERVO_ROD, on_sphere))
         tendon.wrap_site(rods.add_site(i, t.rod_of(node), on_rod))
-        # tension = SERVO_OFFSET + SERVO_GAIN (length - target), between 0 and SERVO_MAX_TENSION
+        # tension = SERVO_OFFSET + stiffness (length - target), between 0 and the limit
         spec.add_actuator(
             name=f"m{i}_servo_{node}",
             trntype=mujoco.mjtTrn.mjTRN_TENDON,
             target=f"m{i}_servo_{node}",
             gaintype=mujoco.mjtGain.mjGAIN_FIXED,
             biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            gainprm=[t.SERVO_GAIN] + [0.0] * 9,
-            biasprm=[-t.SERVO_OFFSET, -t.SERVO_GAIN, -t.CABLE_DAMPING] + [0.0] * 7,
+            gainprm=[built.line_stiffness] + [0.0] * 9,
+            biasprm=[-t.SERVO_OFFSET, -built.line_stiffness, -t.CABLE_DAMPING] + [0.0] * 7,
             forcelimited=True,
-            forcerange=[-t.SERVO_MAX_TENSION, 0.0],
+            forcerange=[-built.tension_limit, 0.0],
         )
 
 

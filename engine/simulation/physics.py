@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from engine.body import module as t
 from engine.errors import InvalidData
+from engine.simulation.built import NO_SPREAD, Built, Spread, drawn
 
 MOST_PARTS: Final = 100_000
 """Largest number of time steps in a control period, and of control periods in a second: run files may come
@@ -56,9 +57,14 @@ class Physics:
     """MuJoCo's damping ratio of every contact: 1 does not bounce."""
     servo_noise: float = t.SERVO_NOISE
     """Standard deviation of the noise on every commanded internal cable length, in m."""
+    built: Built = Built()
+    """What the robots are like where they differ from the published one."""
+    spread: Spread = Spread()
+    """How robots of that design differ from each other; every repeat of an evaluation has another."""
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in dataclasses.fields(self) if f.name not in ("simulator", "servo_noise")):
+        others = ("simulator", "servo_noise", "built", "spread")
+        for name in (f.name for f in dataclasses.fields(self) if f.name not in others):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
         if not 1e-3 <= self.inertia_scale <= 1e3:
@@ -80,7 +86,8 @@ class Physics:
 
     def __str__(self) -> str:
         step = 1000 * self.timestep
-        return f"{self.simulator}, inertia x {self.inertia_scale:g}, time step {step:.4g} ms"
+        built = "" if self.built == Built() else ", as built"
+        return f"{self.simulator}, inertia x {self.inertia_scale:g}, time step {step:.4g} ms{built}"
 
     @property
     def steps_per_control(self) -> int:
@@ -104,10 +111,13 @@ def largest_timestep(physics: Physics) -> float:
     """Return the largest stable time step in s for the inertia of a physics.
 
     Semi-implicit Euler holds a mode that is braked at rate c and swings at w while c h + (w h)^2 / 2 < 2.
+    Robots that are lighter than the published one, or stiffer, do either faster.
     """
-    scale = physics.inertia_scale
+    built = physics.built
+    lighter = min(1.0, built.plain_rod_mass / t.ROD_MASS, built.servo_rod_mass / t.SERVO_ROD_MASS)
+    scale = physics.inertia_scale * lighter
     c = max(ROD_BRAKING_RATE / physics.rod_inertia, MODULE_BRAKING_RATE) / scale
-    half = SWINGING_RATE**2 / scale / 2.0
+    half = SWINGING_RATE**2 * built.largest_stiffness_factor / scale / 2.0
     return (math.sqrt(c * c + 8.0 * half) - c) / (2.0 * half)
 
 
@@ -154,6 +164,37 @@ def with_inertia(physics: Physics, inertia_scale: float) -> Physics:
             f" {MOST_PARTS} in a control period; choose a larger scale"
         )
     return dataclasses.replace(changed, timestep=timestep)
+
+
+def as_built(physics: Physics, built: Built, spread: Spread = NO_SPREAD) -> Physics:
+    """Return a physics with other robots; its time step is made smaller if they need that to stay stable."""
+    changed = dataclasses.replace(physics, built=built, spread=spread)
+    limit = largest_timestep(changed)
+    if physics.timestep <= limit:
+        return changed
+    return dataclasses.replace(changed, timestep=_whole_fraction(physics, limit))
+
+
+def one_of(physics: Physics, seed: tuple[int, ...]) -> Physics:
+    """Return the physics of one of the robots that a physics with a spread stands for.
+
+    Args:
+        physics: the design and how its robots differ.
+        seed: whole numbers that name the robot.
+    """
+    built, friction = drawn(physics.built, physics.spread, seed)
+    changed = dataclasses.replace(physics, friction=physics.friction * friction)
+    return as_built(changed, built)
+
+
+def physics_to_json(physics: Physics) -> dict[str, Any]:
+    """Return a physics as JSON-ready values; what robots are like only if it is not as published."""
+    found = dataclasses.asdict(physics)
+    for name, usual in (("built", Built()), ("spread", NO_SPREAD)):
+        if getattr(physics, name) == usual:
+            # older files and hashes of robots stay what they are
+            del found[name]
+    return found
 
 
 def _contact_limit(physics: Physics) -> float:

@@ -25,6 +25,7 @@ from engine.simulation.batch import BatchObserver, SimulationBatch, Simulations,
 from engine.simulation.divergence import Failure
 from engine.simulation.model import RobotModel, build_robot, face_rods, with_walls
 from engine.simulation.physics import Physics
+from engine.simulation.senses import Messages, ServoAngles
 from engine.tasks import SETTLE_TIME, TRIAL_TIME, GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
@@ -125,11 +126,12 @@ def find_heads(
     front, rear = sensor.faces(sim)
     direction = front - rear
     rhythms = np.array([m.open_loop for m in morphologies])[:, None]
+    servos = _Servos(physics, (*sim.shape, sim.n_modules))
     frequency = servo.FREQUENCIES[rhythms // len(servo.PHASES)]
     phase = servo.PHASES[rhythms % len(servo.PHASES)]
     for _ in range(round(duration / physics.control_period)):
         command = servo.command_angle(frequency, phase, sim.time)
-        sim.step(servo.target_lengths(command))
+        sim.step(servos.lengths(command))
     moved = ((sensor.faces(sim)[1] - rear) * direction).sum(axis=-1)[:, 0]
     heads = [Head.of(m, bool(d >= 0.0)) for m, d in zip(morphologies, moved, strict=True)]
     return heads, sim.failures
@@ -257,8 +259,10 @@ class ClosedLoop:
         n = self.sim.n_modules
         self._order = np.array([range(n)[::-1] if h.is_end else range(n) for h in heads])
         self._noise = _Noise(seeds, (n, len(t.SERVO_NODES)), physics.servo_noise)
+        self._messages = Messages(task, physics, seeds)
+        self._servos = _Servos(physics, (*self.sim.shape, n))
         self.sensed: np.ndarray | None = None
-        """(robots, copies, inputs) what the controllers sensed at the last update, None before the first."""
+        """(robots, copies, inputs) what the controllers were told last, None before the first update."""
 
     def head(self) -> np.ndarray:
         """Return (robots, copies, 2) head positions in the settled head's frame, in m."""
@@ -289,14 +293,14 @@ class ClosedLoop:
 
     def update(self) -> None:
         """Sense, think, act for one control period."""
-        self.sensed = sensed(self._task, self.view(), self.sim.alive)
+        self.sensed = self._messages.told(sensed(self._task, self.view(), self.sim.alive))
         outputs = self._network.activate(self.sensed)
         frequency = servo.pick(servo.FREQUENCIES, outputs[..., 0::2])
         phase = servo.pick(servo.PHASES, outputs[..., 1::2])
         # the first pair of outputs drives the head module
         command = servo.command_angle(frequency, phase, self.sim.time)
         command = np.take_along_axis(command, self._order[:, None], axis=2)
-        self.sim.step(servo.target_lengths(command) + self._noise.next())
+        self.sim.step(self._servos.lengths(command) + self._noise.next())
 
     def advance(self, n_updates: int) -> Span:
         """Do so for some control periods, at least one, and return what happened."""
@@ -320,6 +324,25 @@ class ClosedLoop:
             failures = tuple(self.sim.failures[r * n : (r + 1) * n])
             results.append(TrialResults(final[r], trajectory[r], failures))
         return results
+
+
+class _Servos:
+    """The internal cables of some robots as their servos wind them up.
+
+    Args:
+        physics: what the robots are like.
+        shape: (robots, copies, modules), or what it is to be broadcast to.
+    """
+
+    def __init__(self, physics: Physics, shape: tuple[int, ...]) -> None:
+        self._angles = ServoAngles(physics, shape)
+        self._table = physics.built.target_lengths()
+        self._errors = physics.built.errors_of(shape[-1]) if physics.built.line_errors else None
+
+    def lengths(self, command: np.ndarray) -> np.ndarray:
+        """Return the (..., modules, 5) lengths in m a control period after commands in degrees."""
+        lengths = servo.target_lengths(self._angles.after(command), self._table)
+        return lengths if self._errors is None else lengths + self._errors
 
 
 class _Noise:

@@ -14,7 +14,7 @@ from engine.control.network import silenced
 from engine.errors import InvalidData
 from engine.simulation.batch import Span, SpanObserver
 from engine.simulation.divergence import Failure
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, one_of
 from engine.simulation.rollout import (
     OPEN_LOOP_TIME,
     ClosedLoop,
@@ -94,6 +94,11 @@ def noise_seed(run_seed: int, number: int, target: int, repeat: int) -> tuple[in
     return (run_seed, number, target, repeat)
 
 
+def physics_of(physics: Physics, run_seed: int, number: int, repeat: int) -> Physics:
+    """Return the physics of one repeat of an evaluation: another robot's where those of a design differ."""
+    return one_of(physics, (run_seed, number, repeat)) if physics.spread else physics
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Trial:
     """One simulation of an evaluation.
@@ -168,7 +173,7 @@ def start_trials(
         numbers: per robot the number of the evaluation whose noise it gets, see ``noise_seed``.
         run_seed: first part of every noise seed.
         task: decides what the controllers sense and how the final state scores.
-        physics: how the robots are simulated.
+        physics: how the robots are simulated; a spread between them is for ``physics_of``.
         times: how long settling and head search last, and how networks are evaluated.
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.

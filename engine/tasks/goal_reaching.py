@@ -24,6 +24,7 @@ GOAL_REACHING: Final = Task(
     inputs=("distance", "bearing"),
     sense=_sense,
     units=(100.0, 1.0),
+    sensed_in=("m", "rad"),
     relative_units=(1.0 / _DISTANCE, 1.0 / math.pi),
     target_distance=_DISTANCE,
     target_bearings=(math.pi / 2, math.pi / 4, -math.pi / 4, -math.pi / 2),

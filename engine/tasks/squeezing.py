@@ -111,6 +111,7 @@ SQUEEZING: Final = Task(
     inputs=("distance", "bearing", "gate dist.", "gate bear.", "obstacle"),
     sense=_sense,
     units=(100.0, 1.0, 100.0, 1.0, 1.0),
+    sensed_in=("m", "rad", "m", "rad", ""),
     relative_units=(1.0 / _DISTANCE, 1.0 / math.pi, 1.0 / _GATE_DISTANCE, 1.0 / math.pi, 1.0),
     target_distance=_DISTANCE,
     target_bearings=_BEARINGS,

@@ -70,6 +70,8 @@ class Task:
         units: per input the factor by which a network gets what ``sense`` returns; by default 1. Networks do
             well with numbers from about -1 to 1: larger ones saturate their neurons.
         relative_units: these factors in a run whose sensors are relative; by default ``units``.
+        sensed_in: per input the unit of what ``sense`` returns, "m", "rad" or "" for none, as people are told
+            it; by default none.
         score_name: what the score is called.
         summary: the task in one line.
         file: the file it was loaded from; set by the loader.
@@ -88,6 +90,7 @@ class Task:
     score: Callable[[View], np.ndarray] = remaining_distance
     units: tuple[float, ...] = ()
     relative_units: tuple[float, ...] = ()
+    sensed_in: tuple[str, ...] = ()
     score_name: str = "final distance"
     summary: str = ""
     file: str = ""
@@ -107,6 +110,9 @@ class Task:
         if not 1 <= len(self.inputs) <= MAX_INPUTS:
             raise InvalidData(f"task {self.name}: 1 to {MAX_INPUTS} inputs, not {len(self.inputs)}")
         self._set_units()
+        object.__setattr__(self, "sensed_in", tuple(self.sensed_in) or ("",) * len(self.inputs))
+        if len(self.sensed_in) != len(self.inputs) or not set(self.sensed_in) <= {"m", "rad", ""}:
+            raise InvalidData(f"task {self.name}: sensed_in has an 'm', 'rad' or '' for every input")
         if not 1 <= len(self.target_bearings) <= MAX_TARGETS:
             raise InvalidData(f"task {self.name}: 1 to {MAX_TARGETS} target_bearings")
         if self.names and len(self.names) != len(self.target_bearings):

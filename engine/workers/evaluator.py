@@ -67,7 +67,11 @@ class LocalQueue:
 
 
 def create_evaluator(
-    config: RunConfig, n_threads: int = 1, keep_failure: FailureKeeper | None = None
+    config: RunConfig,
+    n_threads: int = 1,
+    keep_failure: FailureKeeper | None = None,
+    *,
+    head_is_end: bool | None = None,
 ) -> LocalEvaluator:
     """Return an evaluator of a run's solutions on this machine's threads.
 
@@ -75,6 +79,7 @@ def create_evaluator(
         config: of the run.
         n_threads: that simulate.
         keep_failure: called once for every evaluation in which a simulation failed.
+        head_is_end: which end of every robot is its head, if that is known.
     """
     return LocalEvaluator(
         task=task_of(config),
@@ -83,4 +88,5 @@ def create_evaluator(
         run_seed=config.seed,
         n_threads=n_threads,
         keep_failure=keep_failure,
+        head_is_end=head_is_end,
     )

@@ -32,7 +32,7 @@ def test_children_are_seen_kept_and_bred_again(
         card = page.locator(".ta-card")
         expect(card).to_contain_text("Robot")
         number = (card.text_content() or "").split()[1]
-        page.get_by_text("Breed", exact=True).first.click()
+        page.locator(".ta-bar").get_by_role("button", name="Breed").click()
         parents, children = page.locator(".ta-parents"), page.locator(".ta-children")
         expect(parents).to_contain_text("Breed from the robot that you see")
         page.get_by_role("button", name="This robot", exact=True).press("Enter")
@@ -43,7 +43,7 @@ def test_children_are_seen_kept_and_bred_again(
         bodies.check(force=True)
         expect(networks).not_to_be_checked()
         field_of(page, "Generations").fill("2")
-        page.get_by_role("button", name="Breed", exact=True).press("Enter")
+        page.get_by_role("button", name="Breed", exact=True).last.press("Enter")
         expect(page.locator(".ta-run b")).to_have_text("breed-1")
         expect(children).to_contain_text("breed-1: 16 of 16 children")
         wait_until(lambda: not is_being_written(runs / "breed-1.tsmr"))
@@ -74,6 +74,6 @@ def test_children_are_seen_kept_and_bred_again(
             assert [g.origin for g in reader.given()] == [f"breed-1.tsmr robot {child}"]
         # the page finds them again
         page.reload()
-        page.get_by_text("Breed", exact=True).first.click()
+        page.locator(".ta-bar").get_by_role("button", name="Breed").click()
         expect(children).to_contain_text("breed-2: 16 of 16 children")
         wait_until(lambda: not is_being_written(runs / "breed-2.tsmr"))

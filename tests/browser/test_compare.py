@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.server import serve
+from tests.support.widgets import press
 
 pytestmark = pytest.mark.browser
 
@@ -23,13 +24,13 @@ def test_runs_are_compared_in_a_window_and_the_report_is_downloaded(
     with serve([small_run, other, broken], host="127.0.0.1", port=0) as server:
         address = f"http://127.0.0.1:{server.get_port()}"
         page, bystander = visit(address), visit(address)
-        page.get_by_role("tab", name="Compare").click()
+        press(page, "Compare")
         choices = page.locator(".ta-choices [role=checkbox]")
         expect(page.locator(".ta-choices [aria-checked=true]")).to_have_count(2)
         expect(choices.nth(2)).to_be_disabled()
         # nothing chosen is one clear notice
         page.get_by_role("button", name="none", exact=True).click()
-        compare = page.get_by_role("button", name="Compare", exact=True)
+        compare = page.get_by_role("button", name="Compare these runs", exact=True)
         compare.press("Enter")
         expect(page.get_by_text("Choose at least one run to compare.")).to_be_visible()
         choices.nth(0).click()

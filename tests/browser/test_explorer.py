@@ -21,7 +21,7 @@ from app.gui.viser_private import inputs_of
 from app.server.server import serve
 from engine.storage.reader import RunReader
 from tests.support.processes import environment, free_port
-from tests.support.widgets import field_of
+from tests.support.widgets import best_distance, field_of, press
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]
@@ -68,7 +68,7 @@ def test_both_maps_appear_and_a_clicked_cell_replays_its_robot(
     expect(page.locator(".ta-card")).to_contain_text(f"Robot {number}")
     # it plays to the end, and the end is exactly the one that was evaluated
     expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
-    distance = 100 * small_reader.evaluation(number).distances[0, 0]
+    _, distance = best_distance(small_reader.evaluation(number))
     expect(page.locator(".ta-replay")).to_contain_text(f"{distance:.2f} cm at 2 s")
 
 
@@ -189,6 +189,7 @@ def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Vi
             "old => document.querySelector('svg.ta-map[data-map=morphology]')?.innerHTML != old", arg=drawn
         )
         assert page.evaluate("window.never_reloaded") is True
+        press(page, "Run")
         page.get_by_role("button", name="Stop").click()
         assert evolution.wait(timeout=60) == 130
         expect(page.locator(".ta-status")).to_contain_text("stopped")

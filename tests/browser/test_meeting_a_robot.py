@@ -14,9 +14,9 @@ from app.server.server import serve
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
-from tests.support.widgets import choose, field_of
+from tests.support.widgets import best_distance, choose, field_of, unfold
 from viz.robot.network_diagram import NetworkDiagram
-from viz.robot.servo_plot import page_of, position
+from viz.robot.servo_plot import WIDTH, page_of, position
 
 pytestmark = pytest.mark.browser
 
@@ -39,7 +39,8 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
     )
     line = small_reader.lineage(number)
     evaluation = small_reader.evaluation(number)
-    replay = Replay(small_reader.config, evaluation)
+    best, _ = best_distance(evaluation)
+    replay = Replay(small_reader.config, evaluation, target=best)
     replay.advance(replay.trial_time)
     body, controller = evaluation.solution.morphology, evaluation.solution.controller
     diagram = NetworkDiagram(controller, body.n_modules, ("", ""), head_is_end=evaluation.head_is_end)
@@ -70,6 +71,14 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # the servos: a cursor that follows
         page.get_by_role("tab", name="Servos").click()
+        servos = page.locator("svg.ta-servos")
+        servos.scroll_into_view_if_needed()
+        box = servos.bounding_box()
+        assert box is not None
+        # where the plot is pressed, there is the robot
+        at = position(1.5, page_of(1.5, replay.start_time, replay.end_time))
+        page.mouse.click(box["x"] + box["width"] * at / WIDTH, box["y"] + 20)
+        expect(said).to_contain_text("1.5 s")
         expect(page.locator("svg.ta-servos")).to_be_visible()
         for moment in (0.3, 1.0):
             seek(page, moment)
@@ -80,6 +89,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
 
         # marks: what is switched off is no longer in the scene, and comes back
         nodes = client.scene._handle_from_node_name
+        unfold(page)
         for mark, node in (("Numbers", "/robot/numbers"), ("Trail", "/trail")):
             assert nodes[node].visible
             toggle(page, mark)
@@ -116,7 +126,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         bearing, distance = map(int, re.findall(r"aim=(-?\d+),(\d+)", page.url)[0])
         aim = Aim(bearing, distance)
         expect(field_of(page, "Target")).to_have_value(aim.name)
-        own = Replay(small_reader.config, evaluation, aim=aim)
+        own = Replay(small_reader.config, evaluation, target=best, aim=aim)
         own.advance(own.trial_time)
         assert own.score is not None
         expect(said).to_contain_text(f"{100 * own.score:.2f} cm at 2 s")
@@ -135,6 +145,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         expect(card).to_contain_text(f"ancestor of robot {number}")
         expect(card).to_contain_text("nobody (random)")
         expect(rows.last).to_have_attribute("aria-current", "true")
+        # towards the target that was chosen last
         distance = 100 * small_reader.evaluation(line[-1].number).distances[0, 0]
         expect(said).to_contain_text(f"{distance:.2f} cm at 2 s, exactly as evaluated")
         rows.first.click()
@@ -148,7 +159,7 @@ def sensed_near(replay: Replay, moment: float) -> list[np.ndarray]:
 
 
 def senses(replay: Replay, moment: float) -> re.Pattern[str]:
-    return re.compile("|".join(re.escape(f"{s[0]:.2f}") for s in sensed_near(replay, moment)))
+    return re.compile("|".join(re.escape(f"{s[0]:.1f} cm") for s in sensed_near(replay, moment)))
 
 
 def seek(page: Page, seconds: float) -> None:

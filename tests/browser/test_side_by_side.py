@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from engine.storage.reader import RunReader
-from tests.support.widgets import field_of
+from tests.support.widgets import best_distance, field_of, press
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]
@@ -34,6 +34,7 @@ def button(page: Page, name: str) -> None:
 def test_pinned_robots_crawl_side_by_side(address: str, visit: Visit, small_reader: RunReader) -> None:
     page = visit(address)
     page.locator(FILLED).first.wait_for()
+    press(page, "Side by side")
     numbers = []
     for nth in range(3):
         numbers.append(choose_robot(page, nth))
@@ -44,13 +45,14 @@ def test_pinned_robots_crawl_side_by_side(address: str, visit: Visit, small_read
     expect(robots.locator("td").nth(3)).to_have_text(str(numbers[2]))
     expect(robots).to_have_class("differs")
     expect(table.locator("tr", has_text=re.compile("^run"))).to_have_class("same")
-    button(page, "Side by side")
+    button(page, "Replay in lanes")
+    best, _ = best_distance(small_reader.evaluation(numbers[2]))  # of the robot that was chosen last
     # the distances to go end where each was evaluated
     now = page.locator(".ta-lanes")
     expect(now).to_contain_text(re.compile(r"A \d+\.\d.*B \d+\.\d.*C \d+\.\d"))
     expect(page.locator(".ta-replay")).to_contain_text("2.0 s")
     for letter, number in zip("ABC", numbers, strict=True):
-        distance = 100 * small_reader.evaluation(number).distances[0, 0]
+        distance = 100 * small_reader.evaluation(number).distances[best, 0]
         # the last frame follows what the transport says
         for _ in range(50):
             shown = float(re.search(rf"{letter}\s+(-?[\d.]+)", now.inner_text())[1])
@@ -58,6 +60,10 @@ def test_pinned_robots_crawl_side_by_side(address: str, visit: Visit, small_read
                 break
             page.wait_for_timeout(200)
         assert shown == pytest.approx(distance, abs=0.3)
+    # they are there after a reload, and they are seen
+    page.reload()
+    press(page, "Side by side")
+    expect(now).to_contain_text(re.compile(r"A \d+\.\d.*B \d+\.\d.*C \d+\.\d"))
     # one less, then one robot again
     page.get_by_role("button", name="Unpin B").click(force=True, no_wait_after=True)
     expect(table.locator("thead th")).to_have_count(3)

@@ -17,7 +17,7 @@ from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
 from tests.support.faulty import wait_until
 from tests.support.processes import free_port
-from tests.support.widgets import choose, field_of
+from tests.support.widgets import choose, field_of, press
 
 Visit = Callable[[str], Page]
 
@@ -44,7 +44,7 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
         with serve([small_run], host="127.0.0.1", port=port):
             page = visit(f"http://127.0.0.1:{port}/")
             expect(page.locator(".ta-run b")).to_have_text("small")
-            page.get_by_text("New run", exact=True).click()
+            press(page, "New run")
             start = page.get_by_role("button", name="Start", exact=True)
             choose(page, "Preset", "smoke")
             expect(field_of(page, "Evaluations")).to_have_value("40")
@@ -79,18 +79,21 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             expect(page.locator(".ta-status")).to_contain_text("paused")
             with RunReader(run) as reader:
                 wait_until(lambda: n_shown(page) == reader.n_evaluations())
+            press(page, "New run")
             start.press("Enter")
             expect(page.get_by_text("mine.tsmr exists already; choose another name")).to_be_visible()
         with serve([small_run], host="127.0.0.1", port=port):
             # another app, and the same page in it
             expect(page.locator(".ta-run b")).to_have_text("mine")
             expect(page.locator(".ta-status")).to_contain_text("paused")
+            press(page, "Run")
             page.get_by_role("button", name="Resume", exact=True).click()
             expect(page.locator(".ta-status")).to_contain_text("live")
         # the app has ended; the evolution has not
         assert is_being_written(run)
         with serve([small_run], host="127.0.0.1", port=port):
             expect(page.locator(".ta-status")).to_contain_text("live")
+            press(page, "Run")
             kill(run)
             expect(page.locator(".ta-status")).to_contain_text("stopped")
             expect(page.locator(".ta-trouble")).to_contain_text(

@@ -14,6 +14,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, Request, expect
 
 from engine.fabrication.materials import preset_text
+from engine.storage.reader import RunReader
+from tests.support.widgets import best_distance, press
 
 pytestmark = pytest.mark.browser
 
@@ -26,14 +28,14 @@ def download(page: Page, button: str) -> tuple[str, bytes]:
 
 
 def test_files_and_basket(
-    address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path
+    address: str, visit: Callable[[str], Page], chromium: Browser, tmp_path: Path, small_reader: RunReader
 ) -> None:
     page = visit(address)
     page.set_default_timeout(180_000)
     filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
     card, line, listed = page.locator(".ta-card"), page.locator(".ta-replay"), page.locator(".ta-basket")
     filled.first.wait_for()
-    page.get_by_text("Take along", exact=True).click()
+    press(page, "Take along")
     expect(page.get_by_role("button", name="Add to basket")).to_be_disabled()
     expect(page.get_by_role("button", name="Picture")).to_be_hidden()
     expect(listed).to_contain_text("The basket is empty")
@@ -47,9 +49,9 @@ def test_files_and_basket(
         numbers.append(number)
         page.get_by_role("button", name="Add to basket").click()
         expect(listed).to_contain_text(f"{number} · small")
-    # a reload of the page changes nothing, but that the folder is folded again
+    # a reload of the page changes nothing, but that the window is closed again
     page.reload()
-    page.get_by_text("Take along", exact=True).click()
+    press(page, "Take along")
     for number in numbers:
         expect(listed).to_contain_text(f"{number} · small")
     expect(line).to_contain_text("exactly as evaluated")
@@ -73,7 +75,8 @@ def test_files_and_basket(
     page.get_by_role("button", name="Clear basket").click()
     expect(listed).to_contain_text("The basket is empty")
 
-    chosen = f"small_robot_{numbers[1]}_target_1"
+    best, _ = best_distance(small_reader.evaluation(numbers[1]))
+    chosen = f"small_robot_{numbers[1]}_target_{best + 1}"
     name, content = download(page, "Picture")
     assert name == f"{chosen}.png"
     assert Image.open(io.BytesIO(content)).size == (1280, 720)

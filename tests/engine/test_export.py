@@ -257,7 +257,11 @@ def test_a_robot_with_other_sensors_or_another_network_is_another_robot(evaluati
         "morphology": solution.morphology.to_json(),
         "controller": solution.controller.to_json(),
         "task": {"name": "goal-reaching"},
-        "physics": dataclasses.asdict(former.physics),
+        "physics": {
+            name: value
+            for name, value in dataclasses.asdict(former.physics).items()
+            if name not in ("built", "spread")
+        },
     }
     # as it was before there was a choice
     expected = hashlib.sha256(json.dumps(content, separators=(",", ":")).encode())

@@ -6,6 +6,8 @@ import re
 
 from playwright.sync_api import Locator, Page
 
+from engine.simulation.evaluation import Evaluation
+
 
 def field_of(page: Page, label: str) -> Locator:
     """Return the text or number field that viser shows beside a label."""
@@ -13,7 +15,23 @@ def field_of(page: Page, label: str) -> Locator:
     return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
 
 
+def press(page: Page, name: str) -> None:
+    """Press the button of a window in the bar at the top, which opens it or closes it."""
+    page.locator(".ta-bar button", has_text=re.compile(f"^{name}")).click()
+
+
+def unfold(page: Page) -> None:
+    """Show the controls of the replay that are folded away."""
+    page.locator(".ta-fold").click()
+
+
 def choose(page: Page, label: str, option: str) -> None:
     """Choose from the list that viser shows beside a label."""
     field_of(page, label).click()
     page.get_by_role("option", name=option, exact=True).click()
+
+
+def best_distance(evaluation: Evaluation) -> tuple[int, float]:
+    """Return the target that a clicked robot is replayed towards, and how far from it it ends, in cm."""
+    means = evaluation.distances.mean(axis=1)
+    return int(means.argmin()), 100 * float(evaluation.distances[means.argmin(), 0])

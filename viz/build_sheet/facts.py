@@ -10,14 +10,17 @@ from typing import Final
 
 import numpy as np
 
+from engine.analysis.as_built import AsBuilt
 from engine.analysis.robustness import Robustness, load_robust_of
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
 from engine.errors import InvalidData, printable
 from engine.export import Trial, robot_hash, robot_id
+from engine.fabrication.as_built import Twin
 from engine.fabrication.dimensions.joints import Joint, joints
 from engine.search.archive import Cell, cell_name
+from engine.simulation.built import PUBLISHED, Built
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.rollout import Head
 from engine.storage.reader import RunReader
@@ -54,6 +57,8 @@ class Facts:
         trial: one of its trials, simulated again.
         robust: what evaluating the run's elites again has shown; None if that was not done.
         versions: of the programs that the run was made with.
+        twin: the robot as it would be built; None if that was not asked for.
+        as_built: how it does then.
     """
 
     run_name: str
@@ -64,6 +69,18 @@ class Facts:
     trial: Trial
     robust: Robustness | None
     versions: dict[str, str]
+    twin: Twin | None = None
+    as_built: AsBuilt | None = None
+
+    @property
+    def built(self) -> Built:
+        """What the robot is like as built, for what its modules must measure."""
+        return PUBLISHED if self.twin is None else self.twin.built
+
+    @property
+    def number(self) -> int:
+        """Of the robot in its run, by which the app calls it."""
+        return self.evaluation.solution.number
 
     @property
     def morphology(self) -> Morphology:
@@ -86,8 +103,13 @@ class Facts:
         return self.place.name if self.place else f"evaluation {self.evaluation.solution.number}"
 
     @property
+    def name(self) -> str:
+        """What the robot is called wherever its run is known."""
+        return f"Robot {self.evaluation.solution.number}"
+
+    @property
     def robot_id(self) -> str:
-        """Short name."""
+        """What tells it from the robots of all runs."""
         return robot_id(self.config, self.evaluation.solution)
 
     @property
@@ -167,7 +189,12 @@ def links(body: Skeleton, joints: Sequence[Joint]) -> np.ndarray:
 
 
 def gather(
-    reader: RunReader, evaluation: Evaluation, trial: Trial, place: ArchivePlace | None = None
+    reader: RunReader,
+    evaluation: Evaluation,
+    trial: Trial,
+    place: ArchivePlace | None = None,
+    twin: Twin | None = None,
+    as_built: AsBuilt | None = None,
 ) -> Facts:
     """Collect what a build sheet is about.
 
@@ -176,6 +203,8 @@ def gather(
         evaluation: of the robot.
         trial: one of its trials, simulated again.
         place: where the robot was found.
+        twin: the robot as it would be built.
+        as_built: how it does then.
     """
     return Facts(
         run_name=printable(reader.path.stem),
@@ -186,6 +215,8 @@ def gather(
         trial=trial,
         robust=_robustness(reader),
         versions=reader.versions,
+        twin=twin,
+        as_built=as_built,
     )
 
 

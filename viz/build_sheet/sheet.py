@@ -38,7 +38,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
     sheet = style.PAPERS[paper]
     # each begins on a page of its own
     sections = (
-        title.pages(facts, sheet),
+        title.pages(facts, materials, sheet),
         performance.pages(facts, sheet),
         drawings.pages(facts, sheet),
         [
@@ -60,7 +60,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
     return typeset(
         story,
         paper=sheet,
-        title=f"Build sheet of robot {facts.robot_id}",
-        running=f"Robot {facts.robot_id} · run {facts.run_name} · {facts.where}",
+        title=f"Build sheet of {facts.name} of {facts.run_name}",
+        running=f"{facts.name} · run {facts.run_name} · id {facts.robot_id} · {facts.where}",
         date=f"run of {facts.date}",
     )

@@ -14,5 +14,6 @@ Read in this order:
 7. ``heatmap``: a plain map.
 8. ``nested``: a map of maps.
 9. ``map_pictures``: contents, layout and colours put together. Begin here to follow a map from end to end.
-10. ``interaction``, ``map.js``: hover card, keyboard and enlarged view.
+10. ``interaction``, ``map.js``: hover card, keyboard, enlarged view and files.
+11. ``elite_list``: the elites as a list.
 """

@@ -29,16 +29,18 @@ class Coloring:
 
     Attributes:
         values: takes the axes of a map and the elites that it shows, returns the quantity by cell. Cells
-            without a value are grey; a map without any value keeps the colours of the fitness.
+            without a value are grey.
         scale: takes all values shown, returns the scale.
         hint: returns the line that a value adds to hover cards; None if they show the value anyway.
         lengths: whether the values are fitnesses in cm, which can share a scale.
+        unknown: why a map may have no value at all.
     """
 
     values: Callable[[Sequence[Axis], Mapping[Cell, ShownElite]], Values]
     scale: Callable[[Collection[float]], Scale]
     hint: Callable[[float], str] | None = None
     lengths: bool = False
+    unknown: str = ""
 
 
 FITNESS: Final = Coloring(
@@ -46,10 +48,17 @@ FITNESS: Final = Coloring(
     functools.partial(fitness_scale, signed=True),
     lengths=True,
 )
-AGE: Final = Coloring(
-    lambda _, elites: {c: float(e.generation) for c, e in elites.items()},
-    lambda values: Scale("gen.", 0.0, max([1.0, *values]), whole=True),
-)
+
+
+def by_age(generation: int) -> Coloring:
+    """Return a colouring by how many generations ago an elite was found, as of a generation."""
+    return Coloring(
+        lambda _, elites: {c: float(generation - e.generation) for c, e in elites.items()},
+        lambda values: Scale("age, gen.", 0.0, max([1.0, *values]), whole=True),
+        lambda n: (
+            "found in this generation" if n < 1 else f"found {n:.0f} generation{'s' if n > 1 else ''} ago"
+        ),
+    )
 
 
 def by_number(values: Mapping[int, float], title: str) -> Coloring:
@@ -59,6 +68,7 @@ def by_number(values: Mapping[int, float], title: str) -> Coloring:
         lambda shown: fitness_scale(shown, title, signed=True),
         lambda value: f"{title.removesuffix(' cm')} {value:.2f} cm",
         lengths=True,
+        unknown="none of these was evaluated again",
     )
 
 
@@ -87,6 +97,7 @@ def by_visits(reader: RunReader, generation: int) -> Coloring:
         values,
         lambda shown: count_scale(shown, "visits"),
         lambda n: f"{n:.0f} evaluation{'' if n == 1 else 's'} here",
+        unknown="visits are counted by body only",
     )
 
 
@@ -99,13 +110,26 @@ def by_robust_fitness(reader: RunReader) -> Coloring:
     return by_number(robust_fitness(reader), "robust f_s cm")
 
 
-def robust_fitness(reader: RunReader) -> dict[int, float]:
-    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+def by_fitness_as_built(reader: RunReader) -> Coloring:
+    """Return a colouring by the mean f_s of the elites as they would be built.
 
     Raises:
         InvalidData: what lies beside the run is damaged or of another run.
     """
-    robust = load_robust_of(reader)
+    return by_number(robust_fitness(reader, as_built=True), "as-built f_s cm")
+
+
+def robust_fitness(reader: RunReader, *, as_built: bool = False) -> dict[int, float]:
+    """Return the elites' mean f_s in cm under noise that they were not selected with, by their numbers.
+
+    Args:
+        reader: of the run.
+        as_built: whether as they would be built.
+
+    Raises:
+        InvalidData: what lies beside the run is damaged or of another run.
+    """
+    robust = load_robust_of(reader, as_built=as_built)
     found = {} if robust is None else robust.f_s(get_task(reader.config.task).target_distance)
     return {n: 100 * f_s for n, f_s in found.items()}
 
@@ -113,15 +137,17 @@ def robust_fitness(reader: RunReader) -> dict[int, float]:
 USUAL: Final = "fitness f_s"
 COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
     USUAL: lambda *_: FITNESS,
-    "age": lambda *_: AGE,
+    "age": lambda _, generation: by_age(generation),
     "visits": by_visits,
 }
 """The colourings on offer, by their names in the app. Each is made from a run and the generation shown."""
 
 
 def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Coloring]]:
-    """Return the colourings that a run can offer: after ``reevaluate`` also one by robust fitness."""
+    """Return the colourings that a run can offer: after ``reevaluate`` also by robust or as-built fitness."""
     offered = dict(COLORINGS)
     if robust_path(reader.path).exists():
         offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+    if robust_path(reader.path, as_built=True).exists():
+        offered["as-built fitness"] = lambda reader, _: by_fitness_as_built(reader)
     return offered

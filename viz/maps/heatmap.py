@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import Cell, cell_name
 from engine.search.axes import Axis
 from viz.maps import axis_labels
-from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
+from viz.maps.map_parts import LEFT, PALE, SHARED_STYLE, TOP, Ring, Tile, attributes, text, upright_text
 from viz.maps.scale import Scale, bar
 
 CELL_WIDTH = 30
@@ -109,11 +109,14 @@ def _cell(heatmap: Heatmap, cell: Cell) -> str:
         look, hint = 'class="e"', f"empty cell\n{axis_labels.describe(heatmap.axes, cell)}"
     else:
         look = f'fill="{heatmap.scale.color(heatmap.values.get(cell))}"'
-        kinds = [k for k, holds in (("f", cell in heatmap.fresh), ("z", tile.still)) if holds]
+        marks = (("f", cell in heatmap.fresh), ("z", tile.still and not tile.pale))
+        kinds = [kind for kind, holds in marks if holds]
         look += f' class="{" ".join(kinds)}"' if kinds else ""
+        look += f' fill-opacity="{PALE}"' if tile.pale else ""
         hint = tile.hint
+    robot = "" if tile is None else f' data-n="{tile.number}"'
     return (
-        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"'
+        f'<g class="c" data-c="{html.escape(heatmap.name)}:{cell_name(cell)}"{robot}'
         f' data-filled="{int(tile is not None)}"{_body(tile)} data-h="{html.escape(hint)}">'
         f'<rect x="{x}" y="{y}" width="{CELL_WIDTH - 1.5}" height="{CELL_HEIGHT - 1.5}" rx="3" {look}/></g>'
     )

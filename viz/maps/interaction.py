@@ -6,6 +6,7 @@ attributes:
 * ``data-h`` is the text of an element's hover card.
 * ``data-map`` is a map's name, ``data-size`` the width and height of its cells, ``data-start`` the cell where
   the keyboard begins. Cells that are elements have ``data-c``, ``name:i,j``, and ``data-filled``.
+* ``data-n`` is the number of a cell's robot: pointing at one marks its cells on the other maps.
 * A nested map has its cells in the table ``data-cells`` (see ``viz.maps.nested``). It gets ``data-c``, the
   cell that a click means, while a filled one is near the pointer.
 * Diagrams of trends have ``data-points`` (see ``viz.runs.trend``): they are read at the generation nearest to
@@ -30,7 +31,7 @@ ENLARGE: Final = (
     "background:none;color:inherit;opacity:.75;cursor:pointer;padding:0 2px;font-size:14px;line-height:1"
     '">⤢</button>'
 )
-"""A button inside an element of class ``ta-picture`` that shows its picture as large as the window."""
+"""A button inside an element of class ``ta-picture``: shows its picture as large as the window."""
 
 
 def render_key(key: str, name: str, on_pointer_down: str) -> str:

@@ -16,8 +16,9 @@
     const rows = map.dataset.cells.split(";").filter(Boolean);
     map.taHints = JSON.parse(map.dataset.hints);
     map.taCells = rows.map((row) => {
-      const [x, y, name, hint, numbers, body] = row.split(",");
-      return { name: name.replaceAll(".", ","), x: +x, y: +y, w, h, element: map, hint: +hint, numbers, body };
+      const [x, y, name, hint, numbers, body, robot] = row.split(",");
+      const place = { name: name.replaceAll(".", ","), x: +x, y: +y, w, h, element: map };
+      return { ...place, hint: +hint, numbers, body, robot };
     });
     return map.taCells;
   };
@@ -26,7 +27,7 @@
     return Array.from(map.querySelectorAll('[data-filled="1"]'), (element) => {
       const square = element.firstElementChild;
       const [x, y] = [+square.getAttribute("x"), +square.getAttribute("y")];
-      return { name: element.dataset.c.split(":")[1], x, y, w, h, element };
+      return { name: element.dataset.c.split(":")[1], x, y, w, h, element, robot: element.dataset.n };
     });
   };
   const isTable = (map) => map.dataset.cells !== undefined;
@@ -127,14 +128,35 @@
     return true;
   };
 
+  // ---- the same robot on the other maps
+  let lit = [];
+  const light = (here, robot) => {
+    for (const map of lit) unmark(map);
+    lit = [];
+    if (!robot) return;
+    for (const map of document.querySelectorAll("svg.ta-map")) {
+      const cell = map !== here && !map.closest("dialog") && cellsOf(map).find((c) => c.robot === robot);
+      if (!cell) continue;
+      mark(map, cell);
+      lit.push(map);
+    }
+  };
+
   // ---- the pointer
   const pointAt = (event) => {
+    light(null, null);
+    pointAtMap(event);
+  };
+  const pointAtMap = (event) => {
     const found = event.target.closest?.("[data-h],.ta-nested,[data-points]");
     readingLine?.setAttribute("visibility", "hidden");
     readingLine = null;
     if (!found) return hideCard();
     if (found.dataset.points) return readTrend(found, event) || hideCard();
-    if (!isTable(found)) return showCard(event, found.dataset.h, found.dataset.b);
+    if (!isTable(found)) {
+      light(mapAround(found), found.dataset.n);
+      return showCard(event, found.dataset.h, found.dataset.b);
+    }
     const cell = nearest(found, event);
     if (!cell) {
       unmark(found);
@@ -143,6 +165,7 @@
     }
     found.dataset.c = `${found.dataset.map}:${cell.name}`;
     mark(found, cell);
+    light(found, cell.robot);
     showCard(event, hintOf(found, cell), cell.body);
   };
   document.addEventListener("pointermove", pointAt, true);
@@ -280,13 +303,52 @@
     if (cell) mark(map, cell);
   }).observe(document.body, { childList: true, subtree: true });
 
+  // ---- a map as a file: dark on white, as papers are
+  const asText = (svg) => {
+    const copy = svg.cloneNode(true);
+    const { width, height } = copy.viewBox.baseVal;
+    for (const name of ["class", "style", "tabindex", "role", "onpointerdown"]) copy.removeAttribute(name);
+    for (const element of [copy, ...copy.querySelectorAll("*")])
+      for (const name of Object.keys(element.dataset)) delete element.dataset[name];
+    for (const mark of copy.querySelectorAll('[visibility="hidden"]')) mark.remove();
+    copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+    copy.setAttribute("class", "ta-map");
+    copy.setAttribute("width", width);
+    copy.setAttribute("height", height);
+    copy.setAttribute("style", "background:#fff;color:#1c2128;font:11px Arial,Helvetica,sans-serif");
+    return new XMLSerializer().serializeToString(copy);
+  };
+  const download = (blob, svg, ending) => {
+    const link = document.createElement("a");
+    link.href = window.URL.createObjectURL(blob); // in a handler, URL is that of the document
+    const run = document.querySelector(".ta-run b")?.textContent ?? "tensatlas";
+    link.download = `${run}-${svg.dataset.map}.${ending}`.replace(/[^A-Za-z0-9._-]+/g, "-");
+    link.click();
+    setTimeout(() => window.URL.revokeObjectURL(link.href), 10000);
+  };
+  const keepAsSvg = (svg) => download(new Blob([asText(svg)], { type: "image/svg+xml" }), svg, "svg");
+  const keepAsPng = (svg) => {
+    const { width, height } = svg.viewBox.baseVal;
+    const image = new Image();
+    image.onload = () => {
+      const canvas = document.createElement("canvas");
+      [canvas.width, canvas.height] = [4 * width, 4 * height];
+      const pen = canvas.getContext("2d");
+      pen.fillStyle = "#fff";
+      pen.fillRect(0, 0, canvas.width, canvas.height);
+      pen.drawImage(image, 0, 0, canvas.width, canvas.height);
+      canvas.toBlob((blob) => download(blob, svg, "png"), "image/png");
+    };
+    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(asText(svg))}`;
+  };
+
   // ---- the enlarged view
   window.taZoom = (button) => {
     const svg = button.closest(".ta-picture").querySelector("svg").cloneNode(true);
     const { width, height } = svg.viewBox.baseVal;
     delete svg.dataset.c;
-    svg.insertAdjacentHTML("beforeend", "<style>.ta-dialog text{font-size:7px}</style>");
-    svg.style.width = `min(92vw,calc(${width / height}*(100vh - 70px)))`;
+    if (isTable(svg)) svg.insertAdjacentHTML("beforeend", "<style>.ta-dialog text{font-size:7px}</style>");
+    svg.style.width = `min(92vw,calc(${width / height}*(100vh - 100px)))`;
     const close = document.createElement("button");
     close.textContent = "×";
     close.setAttribute("aria-label", "Close");
@@ -309,8 +371,21 @@
       dialog.remove();
     };
     // a chosen robot closes it, when its click has been reported
-    svg.addEventListener("pointerdown", () => svg.dataset.c && setTimeout(() => dialog.close(), 120));
-    dialog.append(svg, close);
+    svg.addEventListener("pointerdown", (event) => {
+      if (event.target.closest('[data-filled="1"]') || svg.dataset.c) setTimeout(() => dialog.close(), 120);
+    });
+    const files = document.createElement("div");
+    files.style.cssText = "display:flex;gap:8px;padding-top:8px";
+    for (const [kind, keep] of [["SVG", keepAsSvg], ["PNG", keepAsPng]]) {
+      const button = document.createElement("button");
+      button.textContent = `Save as ${kind}`;
+      button.style.cssText =
+        "border:1px solid #ffffff40;border-radius:5px;background:none;color:inherit;font:12px system-ui;" +
+        "padding:3px 10px;cursor:pointer";
+      button.onclick = () => keep(svg);
+      files.append(button);
+    }
+    dialog.append(svg, files, close);
     document.body.appendChild(dialog);
     dialog.showModal();
   };

@@ -22,6 +22,9 @@ SHARED_STYLE: Final = (
 )
 """Rules for every map: the visible focus, and the flash of cells that have just been won."""
 
+PALE: Final = 0.13
+"""Opacity of cells that a filter leaves out."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Tile:
@@ -32,12 +35,14 @@ class Tile:
         number: of its evaluation.
         body: the faces of its robot, which the hover card draws; empty for no drawing.
         still: whether the robot lies still, which is pale.
+        pale: whether a filter leaves the robot out, which is paler.
     """
 
     hint: str
     number: int
     body: str = ""
     still: bool = False
+    pale: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz.maps import heatmap, nested
-from viz.maps.coloring import FITNESS, Coloring
+from viz.maps.coloring import Coloring
 from viz.maps.contents import Content, ShownElite
 from viz.maps.heatmap import Heatmap
 from viz.maps.layouts import MapView
@@ -106,6 +106,7 @@ def pictures(
     before: Sequence[MapPicture] = (),
     palette: Palette = Palette(),  # noqa: B008  it cannot be changed
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
+    least: float | None = None,
 ) -> list[MapPicture]:
     """Return the pictures of some views, the scale of each fitted to its archive.
 
@@ -119,6 +120,7 @@ def pictures(
         palette: how to colour.
         fitted_to: the archives, and their colouring, that an automatic scale fits; None for the shown
             ones. With a run's last generation the colours of all others mean the same.
+        least: f_s in cm; robots of less are drawn pale. None for none.
     """
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
     values = [coloring.values(s.axes, s.elites) for s in shown]
@@ -126,12 +128,10 @@ def pictures(
     drawn = []
     for s, known in zip(shown, values, strict=True):
         ways = [v for v in views if v.archive == s.view.archive]
-        # what a map has no values of, it shows by its fitness
-        way, of = (coloring, by) if known or not s.elites else (FITNESS, FITNESS)
         scale = palette.apply(
-            of.scale(_values(reference, of, ways, chosen)),
-            _values(contents, way, ways, chosen),
-            lengths=way.lengths,
+            by.scale(_values(reference, by, ways, chosen)),
+            _values(contents, coloring, ways, chosen),
+            lengths=coloring.lengths,
         )
         picture = MapPicture(
             view=s.view,
@@ -140,12 +140,20 @@ def pictures(
             elites=s.elites,
             sources=s.sources,
             title=s.view.title(s.content.axes, s.outer),
-            figures=_figures(s.view, s.content, s.axes, s.elites),
+            figures=coloring.unknown
+            if s.elites and not known
+            else _figures(s.view, s.content, s.axes, s.elites),
             tiles={
-                c: Tile(_hint(e, coloring, known.get(c)), e.number, e.body, e.lies_still)
+                c: Tile(
+                    _hint(e, coloring, known.get(c)),
+                    e.number,
+                    e.body,
+                    e.lies_still,
+                    least is not None and e.f_s < least,
+                )
                 for c, e in s.elites.items()
             },
-            values=known or FITNESS.values(s.axes, s.elites),
+            values=known,
             scale=scale,
         )
         drawn.append(_with_fresh(picture, before))

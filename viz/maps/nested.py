@@ -20,7 +20,18 @@ from collections.abc import Mapping
 from engine.search.archive import Cell
 from engine.search.axes import Axis
 from viz.maps import axis_labels
-from viz.maps.map_parts import LEFT, SHARED_STYLE, TOP, WIDTH, Ring, Tile, attributes, text, upright_text
+from viz.maps.map_parts import (
+    LEFT,
+    PALE,
+    SHARED_STYLE,
+    TOP,
+    WIDTH,
+    Ring,
+    Tile,
+    attributes,
+    text,
+    upright_text,
+)
 from viz.maps.scale import Scale, bar
 
 RIGHT = 2
@@ -178,7 +189,7 @@ def ring_style(nested: NestedMap, ring: Ring | None) -> str:
 
 
 def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
-    """Return the filled cells as ``x,y,i.j.k.l,H,numbers,faces;``... and the texts that H counts.
+    """Return the filled cells as ``x,y,i.j.k.l,H,numbers,faces,robot;``... and the texts that H counts.
 
     The hover cards differ in hardly more than their numbers, so a text has marks in their places.
     """
@@ -189,7 +200,8 @@ def _table(nested: NestedMap, g: Geometry) -> tuple[str, list[str]]:
         hint = nested.tiles[cell].hint
         kind = known.setdefault(_NUMBER.sub(MARK, hint), len(known))
         numbers = " ".join(_NUMBER.findall(hint))
-        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers},{nested.tiles[cell].body}")
+        tile = nested.tiles[cell]
+        rows.append(f"{x},{y},{'.'.join(map(str, cell))},{kind},{numbers},{tile.body},{tile.number}")
     return ";".join(rows), list(known)
 
 
@@ -215,16 +227,17 @@ def _frame(nested: NestedMap, g: Geometry, outer: Cell) -> str:
 
 
 def _paths(nested: NestedMap, g: Geometry) -> str:
-    groups: dict[tuple[int, str], list[str]] = defaultdict(list)
+    groups: dict[tuple[int, str, bool], list[str]] = defaultdict(list)
     for cell in sorted(nested.tiles):
-        step = nested.scale.step(nested.values.get(cell))
-        kinds = "f" * (cell in nested.fresh) + " z" * nested.tiles[cell].still
-        key = (-1 if step is None else step, kinds.strip())
+        step, tile = nested.scale.step(nested.values.get(cell)), nested.tiles[cell]
+        kinds = "f" * (cell in nested.fresh) + " z" * (tile.still and not tile.pale)
+        key = (-1 if step is None else step, kinds.strip(), tile.pale)
         groups[key].append(_square(*g.corner(cell), *g.cell))
     return "".join(
         f"<path{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}"
+        f"{f' fill-opacity={chr(34)}{PALE}{chr(34)}' if pale else ''}"
         f' fill="{nested.scale.step_color(None if step < 0 else step)}" d="{"".join(squares)}"/>'
-        for (step, kinds), squares in sorted(groups.items())
+        for (step, kinds, pale), squares in sorted(groups.items())
     )
 
 

@@ -20,11 +20,12 @@ from viz.recording.render import Renderer
 
 FPS: Final = 30
 ENCODERS: Final[dict[str, dict[str, str]]] = {
-    "libsvtav1": {"preset": "10", "crf": "42"},
+    "libsvtav1": {"preset": "8", "crf": "38"},
     "libvpx-vp9": {"deadline": "realtime", "cpu-used": "8", "crf": "45", "b": "0"},
     "mpeg4": {"q": "4"},
 }
-"""Encoders with their settings, the best first; at these AV1 and VP9 look alike (33 to 34 dB)."""
+"""Encoders with their settings, the best first. A faster preset of AV1 blends the clock's digits with those
+before them."""
 
 
 def video(

@@ -97,22 +97,6 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
 
     sections = [
         ReportSection(
-            f"{name}-results",
-            heading("results"),
-            "".join(statistics_table(task, m) for m in task.measures)
-            + f"<p>{_CONVENTIONS} Published figures: {published.CITATION}.</p>"
-            + significance_table(task)
-            + f"<p>{_TESTS}</p>"
-            + settings_table(task),
-            (
-                ReportFigure(
-                    f"{name}-ends",
-                    "Where each run ended, by group.",
-                    ends_figure(task, look),
-                ),
-            ),
-        ),
-        ReportSection(
             f"{name}-trends",
             heading("over the evaluations"),
             "",
@@ -135,6 +119,7 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
                     " dotted: by the elites' means under fresh noise; dashed: the threshold.",
                     profile_figure(task, look),
                 ),
+                ReportFigure(f"{name}-ends", "Where each run ended, by group.", ends_figure(task, look)),
             ),
         ),
         ReportSection(
@@ -145,7 +130,7 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
                 ReportFigure(
                     f"{name}-maps",
                     "The best robot of every kind, by body and by the way its head moves. Grey cells are"
-                    f" empty; all maps share one scale.{_left_out(task)}",
+                    f" empty; all maps share one scale.{_missing(task)}{_left_out(task)}",
                     maps_figure(task, comparison.labels, look),
                 ),
             ),
@@ -162,8 +147,19 @@ def _task_sections(task: TaskComparison, comparison: Comparison, look: ReportLoo
                 nested,
             )
         )
-    sections.append(ReportSection(f"{name}-runs", heading("the runs"), runs_table(task, comparison.labels)))
-    return sections
+    results = ReportSection(
+        f"{name}-results",
+        heading("results"),
+        "".join(statistics_table(task, m) for m in task.measures)
+        + f"<p>{_CONVENTIONS} Published figures: {published.CITATION}.</p>"
+        + significance_table(task)
+        + f"<p>{_TESTS}</p>"
+        + settings_table(task),
+    )
+    runs = ReportSection(f"{name}-runs", heading("the runs"), runs_table(task, comparison.labels))
+    # of one run of each group the runs themselves say more than their statistics
+    single = all(len(g.runs) == 1 for g in task.groups)
+    return [*sections, *((runs, results) if single else (results, runs))]
 
 
 def _nested_figures(
@@ -188,6 +184,17 @@ def _nested_figures(
             )
         )
     return tuple(figures)
+
+
+def _missing(task: TaskComparison) -> str:
+    """Return why algorithms have no map where others have one."""
+    if not any(r.config.algorithm == "vie-neat" for r in task.runs):
+        return ""
+    return (
+        " ViE-NEAT works with populations, not with archives: its morphology map is reconstructed from all"
+        " robots that it tried. It has no controller map, because it describes no movements by which robots"
+        " could be sorted."
+    )
 
 
 def _left_out(task: TaskComparison) -> str:

@@ -7,6 +7,7 @@ neuron: a twentieth of the picture, and the browser draws nothing anew but colou
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from engine.body import servo
 from engine.control.genome import N_OUTPUTS, ConnectionGene, Controller
 from engine.control.network import Network
+from engine.tasks import Task
 
 WIDTH = 300
 POSITIVE, NEGATIVE = "#5aa9e6", "#e6786e"
@@ -57,9 +59,9 @@ class NetworkDiagram:
             )
             self._links, self._levels = [], {}
         self._names = input_names
-        order = range(n_modules, 0, -1) if head_is_end else range(1, n_modules + 1)
+        order = range(n_modules - 1, -1, -1) if head_is_end else range(n_modules)
         self.modules = tuple(order)
-        """Per pair of outputs the number of the module that it drives."""
+        """Per pair of outputs the number, from 0, of the module that it drives."""
 
     def render(self) -> str:
         """Return the picture: inputs left, hidden nodes, frequency and phase of each module right."""
@@ -184,19 +186,34 @@ def legend() -> str:
     )
 
 
-def sensed_line(names: Sequence[str], sensed: Sequence[float] | np.ndarray | None) -> str:
-    """Return what the inputs are at the moment, as HTML; None while the network has no say."""
+def sensed_line(task: Task, sensed: Sequence[float] | np.ndarray | None) -> str:
+    """Return what the inputs are at the moment, as HTML.
+
+    Args:
+        task: of the robot, as it is sensed in its run.
+        sensed: (inputs,) what the network gets, None while it has no say.
+    """
     if sensed is None:
         what = "the robot settles: the network has no say yet"
     else:
         what = " · ".join(
-            f"{html.escape(name)} <b>{value:.2f}</b>" for name, value in zip(names, sensed, strict=True)
+            f"{html.escape(name)} <b>{_in_words(float(value), factor, unit)}</b>"
+            for name, value, factor, unit in zip(task.inputs, sensed, task.units, task.sensed_in, strict=True)
         )
     return (
         '<div class="ta-sensed"'
         ' style="font-size:11.5px;padding:3px 10px 0;font-variant-numeric:tabular-nums">'
         f'<span style="opacity:.65">senses</span> {what}</div>'
     )
+
+
+def _in_words(value: float, factor: float, unit: str) -> str:
+    """Return an input as people say it; the network gets it times the factor of its task."""
+    if unit == "m" and factor:
+        return f"{100 * value / factor:.1f} cm"
+    if unit == "rad" and factor:
+        return f"{round(math.degrees(value / factor)) + 0}°"
+    return f"{value:.2f}"
 
 
 def _link(c: ConnectionGene, place: Mapping[int, tuple[float, float]], names: Mapping[int, str]) -> str:

@@ -3,26 +3,38 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 
 import numpy as np
 
 from engine.analysis.profile import still_limit
+from engine.analysis.robustness import Robustness
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
+from engine.export import robot_id
 from engine.replay.dump import Dump
 from engine.simulation.evaluation import Evaluation
-from engine.tasks import get_task
+from engine.tasks import get_task, remaining_distance
 from viz import theme, words
+from viz.robot import head_paths
 
+_LEAST_BAR = 2.0
+"""Centimetres closer that the longest bar stands for, at least."""
 _ROW = (
-    '<div style="display:flex;justify-content:space-between;gap:10px;padding:2px 0">'
+    '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
     '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
 )
 _EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
 
-def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int | None) -> str:
+def render(
+    config: RunConfig,
+    evaluation: Evaluation,
+    where: str,
+    entered: int | None,
+    robust: Robustness | None = None,
+) -> str:
     """Return a robot's card.
 
     Args:
@@ -30,20 +42,25 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         evaluation: the robot.
         where: the map and cell it was picked from.
         entered: the generation it was evaluated in.
+        robust: what evaluating the run's elites again has shown, None if that was not done.
     """
     solution, task = evaluation.solution, get_task(config.task)
     body = solution.morphology
     f_s = None if evaluation.fitness is None else 100 * (task.target_distance - evaluation.fitness)
+    again = None if robust is None else 100 * (task.target_distance - robust.fresh(solution.number))
     parts = [
         '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
         f'<div style="font-size:17px;font-weight:600">Robot {solution.number}'
         f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
-        _headline(f_s, 100 * still_limit(task)),
+        _headline(f_s, again, 100 * still_limit(task)),
+        _targets(config, evaluation),
+        head_paths.render(config, evaluation),
+        '<div style="height:6px"></div>',
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
         _ROW.format(_explained("faces", words.FACES), " ".join(map(str, body.faces))),
         _ROW.format(
-            _explained("head", words.HEAD), "last module" if evaluation.head_is_end else "first module"
+            _explained("head", words.HEAD), f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"
         ),
         _ROW.format("descends from", _origin(evaluation)),
     ]
@@ -51,9 +68,32 @@ def render(config: RunConfig, evaluation: Evaluation, where: str, entered: int |
         parts.append(_ROW.format("generation", entered))
     if evaluation.failure:
         parts.append(f'<div style="color:{theme.BAD_TEXT}">failed: {html.escape(evaluation.failure)}</div>')
-    parts.append(_targets(config, evaluation))
+    parts.append(_ROW.format("id", robot_id(config, solution)))
     parts.append("</div>")
     return "".join(parts)
+
+
+def render_verdict(material: str, problems: Sequence[str]) -> str:
+    """Return whether a robot can be built from a material, and if not, why."""
+    if not problems:
+        text = f'<b style="color:{theme.GOOD_TEXT}">✓</b> can be built from {html.escape(material)}'
+    else:
+        text = (
+            f'<b style="color:{theme.WARNING_TEXT}">✗</b> not from {html.escape(material)}:'
+            f" {html.escape(problems[0])}" + (f" And {len(problems) - 1} more." if problems[1:] else "")
+        )
+    return (
+        '<div class="ta-verdict" style="font-size:12px;line-height:1.4;margin:0 10px 6px;overflow:hidden;'
+        'display:-webkit-box;-webkit-box-orient:vertical;-webkit-line-clamp:2"'
+        f' title="{html.escape(chr(10).join(problems))}">{text}</div>'
+    )
+
+
+def in_words(f_s: float) -> str:
+    """Return an f_s, or what a robot has gained on a target, in cm as people say it."""
+    if abs(f_s) < 0.05:
+        return "no closer"
+    return f"{abs(f_s):.1f} cm {'closer' if f_s > 0 else 'farther'}"
 
 
 def render_failure(dump: Dump) -> str:
@@ -94,14 +134,24 @@ def _stiffness(body: Morphology) -> str:
     return f"{body.stiffness_text} (first to last)"
 
 
-def _headline(f_s: float | None, still: float) -> str:
-    """Return in words how much closer a robot comes, and its f_s beside it; all in cm."""
+def _headline(f_s: float | None, again: np.ndarray | None, still: float) -> str:
+    """Return in words how much closer a robot comes, and its f_s below; all in cm.
+
+    What to expect, if that is known, comes before what was recorded.
+    """
     if f_s is None:
         return ""
-    said = _explained(f"f<sub>s</sub> {f_s:.2f} cm", words.F_S)
+    recorded = _explained(f"f<sub>s</sub> {f_s:.2f} cm", words.F_S)
+    if again is None or not len(again):
+        big, small = words.gained(f_s, still), f"{recorded}, as it was evaluated"
+    else:
+        spread = f" ± {again.std(ddof=1):.1f}" if len(again) > 1 else ""
+        mean = float(again.mean())
+        big = f"{words.gained(mean, still)}{spread and f'<small>{spread}</small>'}"
+        small = f"mean of {len(again)} trials under fresh noise; recorded {recorded}"
     return (
-        '<div style="margin:2px 0 6px"><span style="font-size:22px;font-weight:600">'
-        f'{words.gained(f_s, still)}</span> <span style="opacity:.65">{said}</span></div>'
+        f'<div style="margin:2px 0 8px"><div class="ta-closer" style="font-size:22px;font-weight:600">{big}'
+        f'</div><div style="opacity:.7;font-size:12px">{small}</div></div>'
     )
 
 
@@ -125,25 +175,35 @@ def _origin(evaluation: Evaluation) -> str:
 
 
 def _targets(config: RunConfig, evaluation: Evaluation) -> str:
-    """Return a bar per target: how the trials scored, mean and spread over the repeats."""
+    """Return a bar per target: how much closer the robot comes, mean and spread over the repeats."""
     task = get_task(config.task)
-    start = 100 * task.target_distance
+    gains = [
+        (k, name, 100 * (task.target_distance - scores))
+        for k, (name, scores) in enumerate(zip(task.target_names, evaluation.distances, strict=True))
+        if np.isfinite(scores).all()
+    ]
+    if not gains:
+        return ""
+    means = [float(gained.mean()) for _, _, gained in gains]
+    # from the worst or 0 to the best, at least so long that a millimetre is none
+    low, high = min(0.0, *means), max(_LEAST_BAR, *means)
     rows = []
-    for name, distances in zip(task.target_names, 100 * evaluation.distances, strict=True):
-        if not np.isfinite(distances).all():
-            continue
-        mean, spread = distances.mean(), np.ptp(distances) / 2
-        width = 100 * min(max(1 - mean / start, 0.0), 1.0)
-        tail = f" ± {spread:.1f}" if len(distances) > 1 else ""
+    for (k, name, gained), mean in zip(gains, means, strict=True):
+        spread = f" ± {np.ptp(gained) / 2:.1f}" if len(gained) > 1 else ""
+        left, right = sorted(100 * (v - low) / (high - low) for v in (0.0, mean))
+        color = head_paths.COLORS[k % len(head_paths.COLORS)]
         rows.append(
-            '<div style="display:grid;grid-template-columns:72px 1fr 92px;gap:8px;align-items:center">'
             f'<span style="opacity:.65">{html.escape(name)}</span>'
-            '<span style="height:7px;border-radius:4px;background:rgba(128,128,128,.25)">'
-            f'<span style="display:block;height:7px;border-radius:4px;width:{width:.0f}%;'
-            'background:#36b3a0"></span></span>'
-            f'<span style="text-align:right">{mean:.1f}{tail} cm</span></div>'
+            '<span style="position:relative;height:9px;border-radius:2px;background:rgba(128,128,128,.18)">'
+            f'<span class="ta-gain" style="position:absolute;left:{left:.1f}%;width:{right - left:.1f}%;'
+            f'top:0;bottom:0;border-radius:2px;background:{color}"></span>'
+            f'<span style="position:absolute;left:{-100 * low / (high - low):.1f}%;top:-2px;bottom:-2px;'
+            'width:1px;background:currentColor;opacity:.6"></span></span>'
+            f'<span style="text-align:right;white-space:nowrap">{in_words(mean)}{spread}</span>'
         )
+    scored = "" if task.score is remaining_distance else f"; by {html.escape(task.score_name)}"
     return (
-        f'<div style="margin-top:8px;opacity:.65">{html.escape(task.score_name)}, by target '
-        f"(at first {start:.0f} cm)</div>" + "".join(rows)
+        f'<div style="opacity:.65">by target, {100 * task.target_distance:.0f} cm away at first{scored}</div>'
+        '<div style="display:grid;grid-template-columns:auto minmax(40px,1fr) auto;gap:1px 8px;'
+        f'align-items:center">{"".join(rows)}</div>'
     )

@@ -50,7 +50,13 @@ def samples(page: tuple[float, float], start: float, period: float, n_frames: in
 
 
 def render(
-    times: np.ndarray, commanded: np.ndarray, reached: np.ndarray, *, page: tuple[float, float], head: int
+    times: np.ndarray,
+    commanded: np.ndarray,
+    reached: np.ndarray,
+    *,
+    page: tuple[float, float],
+    head: int,
+    on_pointer: str = "",
 ) -> str:
     """Return the picture.
 
@@ -60,13 +66,17 @@ def render(
         reached: (T, modules) contraction of the modules.
         page: the span of the picture, in s.
         head: index of the head module.
+        on_pointer: JavaScript, already escaped for an attribute, for a pointer that is pressed on the
+            picture; ``data-span`` has where the page begins and ends.
     """
     n = commanded.shape[1]
     row = _ROW if n > 4 else _ROW_OF_FEW
     bottom = TOP + n * row
     parts = [
         f'<svg class="ta-servos" viewBox="0 0 {WIDTH} {bottom + 16:.0f}" width="100%"'
-        ' style="display:block;font:9px system-ui,sans-serif;font-variant-numeric:tabular-nums">'
+        f' data-span="{LEFT:g},{RIGHT:g}" onpointerdown="{on_pointer}" onpointermove="{on_pointer}"'
+        ' style="display:block;font:9px system-ui,sans-serif;font-variant-numeric:tabular-nums;'
+        'cursor:ew-resize;touch-action:none">'
     ]
     for second in range(math.ceil(page[0] - 1e-9), math.floor(page[1] + 1e-9) + 1):
         if second % 2 == 0:
@@ -84,8 +94,8 @@ def render(
         weight = ' style="font-weight:700"' if m == head else ""
         parts.append(
             f'<text x="{LEFT - 7}" y="{base - row * _SCALE / 2 + 3:.1f}" text-anchor="end"'
-            f' fill="currentColor"{weight}>{m + 1}'
-            f"<title>module {m + 1}{', the head' if m == head else ''}</title></text>"
+            f' fill="currentColor"{weight}>{m}'
+            f"<title>module {m}{', the head' if m == head else ''}</title></text>"
             f'<path d="M{LEFT} {base:.1f}H{RIGHT}" stroke="currentColor" stroke-opacity="0.18"/>'
         )
         for values, color, width in ((commanded, COMMANDED, 1.0), (reached, REACHED, 1.4)):

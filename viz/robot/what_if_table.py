@@ -142,7 +142,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
             parts.append(
                 f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
                 f' width="{side - 2}" height="{row - 2}" rx="2.5" fill="{fill}"{ring}'
-                f' style="cursor:pointer"><title>module {module + 1}, face {face}</title></rect>'
+                f' style="cursor:pointer"><title>module {module}, face {face}</title></rect>'
             )
     y = top + N_FACES * row + 12
     for module in range(body.n_modules):
@@ -150,7 +150,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
         parts.append(
             f'<text x="{left + (module + 0.5) * side}" y="{y}" text-anchor="middle"'
             f' fill="{theme.LINKED if new else "currentColor"}" fill-opacity="{1 if new else 0.65}">'
-            f"{module + 1}</text>"
+            f"{module}</text>"
         )
     return f'<div style="padding:6px 10px 0">{"".join(parts)}</svg></div>'
 

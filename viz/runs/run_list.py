@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import html
+import math
 from collections.abc import Collection, Sequence
 from typing import Final, Literal
 
@@ -44,6 +45,7 @@ class RunFacts:
         best: its best f_s in m, None if there is none yet.
         date: of its beginning, such as 2026-11-24.
         state: whether it is being written, is complete, was paused by its user, or none of these.
+        note: that its user has written.
         problem: why it cannot be shown, in which case nothing else is known.
     """
 
@@ -53,7 +55,32 @@ class RunFacts:
     best: float | None = None
     date: str = ""
     state: State = "stopped"
+    note: str = ""
     problem: str | None = None
+
+
+SORTS: Final = ("name", "newest", "best f_s", "task")
+"""Orders of a list of runs, the usual one first."""
+Listed = tuple[str, RunFacts]
+"""A run's label and what is known of it."""
+
+
+def arranged(runs: Sequence[Listed], search: str, order: str) -> list[Listed]:
+    """Return the runs that have every word of a search, in one of the orders; an unknown one is the usual."""
+    words = search.lower().split()
+
+    def has(label: str, f: RunFacts) -> bool:
+        text = f"{label} {f.task} {f.algorithm} {f.date} {f.state} {f.note}".lower()
+        return all(word in text for word in words)
+
+    found = [(label, f) for label, f in runs if has(label, f)]
+    if order == "newest":
+        found.sort(key=lambda r: r[1].date, reverse=True)
+    elif order == "best f_s":
+        found.sort(key=lambda r: -math.inf if r[1].best is None else r[1].best, reverse=True)
+    elif order == "task":
+        found.sort(key=lambda r: (r[1].task, r[1].algorithm))
+    return found
 
 
 def state_markup(state: State) -> str:
@@ -96,7 +123,7 @@ def render_list(runs: Sequence[tuple[str, RunFacts]], chosen: int | None, on_cli
     """
     rows = [_row(k, label, facts, k == chosen, on_click) for k, (label, facts) in enumerate(runs)]
     return (
-        f'{_STYLE}<div class="ta-runs" role="listbox" aria-label="Runs" style="max-height:252px;'
+        f'{_STYLE}<div class="ta-runs" role="listbox" aria-label="Runs" style="max-height:min(560px,62vh);'
         "overflow-y:auto;margin:2px 10px 6px;padding:3px;border:1px solid rgba(128,128,128,.3);"
         f'border-radius:6px">{"".join(rows) or "no runs yet"}</div>'
     )
@@ -151,6 +178,9 @@ def _row(
             f"{html.escape(facts.task)} · {html.escape(facts.algorithm)} · {facts.n_evaluations:,}"
             f" evaluations{date} · {state_markup(facts.state)}"
         )
+        if facts.note:
+            line = html.escape(facts.note.splitlines()[0][:90])
+            details += f'<i style="display:block;white-space:normal">{line}</i>'
     return (
         f'<button type="button" role="{role}" {state}="{str(chosen).lower()}" data-c="run:{index}"'
         f' onclick="{on_click}"{disabled}><span class="n"><b>{html.escape(label)}</b>'

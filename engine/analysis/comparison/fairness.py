@@ -16,7 +16,7 @@ def fairness(task: TaskComparison, labels: dict[Path, str], at: int | None) -> l
     if len(reached) > 1:
         notes.append(
             f"Runs of {task.task} have {reached[0]:,} to {reached[-1]:,} evaluations: tables and tests"
-            f" use their last. To compare them at equal cost: --at {reached[0]}, in the explorer Equal cost."
+            f" use their last. At equal cost, each would be taken as it was at {reached[0]:,} evaluations."
         )
     for r in runs:
         if not r.finished and at is None:

@@ -7,6 +7,14 @@ real one is longer than L0: at both ends it continues along its rod, under a cap
 eyelet or a knot. This *tail* is part of the spring: L = L0 + 2 tail (less the eyelets' rings, which hardly
 stretch). The rest length between the rod ends stays L0, the stiffness stays k, the strain falls and the
 section grows.
+
+A tail takes part only as far as the cable slides over its cap. While it is pulled, friction leaves the tail
+1 / c of the span's tension, c being the capstan's factor exp(friction x angle). Span and tails are springs in
+series,
+
+    k = E A / W,    W = L0 + (L - L0) / c,
+
+the *working length*. The modulus counts as it is after a day, when the cable has relaxed.
 """
 
 from __future__ import annotations
@@ -32,7 +40,13 @@ EYELET_WALL: Final = 0.0018
 """Width of the ring round an eyelet's hole, in m; it counts as rigid."""
 KNOT_ALLOWANCE: Final = 0.03
 """Cord to add at each end for the knot, in m."""
+KNOT_LEFT: Final = 0.006
+"""How much of that stays in the knot when it is trimmed, in m."""
 _TAIL_STEP: Final = 0.0005
+CAP_BEND: Final = math.radians(129.0)
+"""How far a cable bends over its cap, in rad: the middle of the 113 to 145 degrees of the four notches."""
+CAP_FRICTION: Final = 0.35
+"""Coefficient of a cable on its cap, assumed: rubber and TPU on smooth plastic have 0.2 to 0.5."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,10 +75,11 @@ class CableDesign:
         rest: rest length L0 between the anchors, in m.
         tail: length that lies along the rod at each end, in m.
         free: elastic length L of the material, in m.
-        area: A = k L / E, in m2.
+        working: working length W, in m.
+        area: A = k W / E, in m2.
         section: the section that is made.
-        stiffness_made: E A / L of that section, in N/m; equals ``stiffness`` if there is no problem.
-        strain_assembled: strain of the material in the assembled module, servo off.
+        stiffness_made: E A / W of that section, in N/m; equals ``stiffness`` if there is no problem.
+        strain_assembled: strain of the span in the assembled module, servo off; tails have less.
         strain_contracted: largest strain of any of the 24 at full contraction of the servo.
         producible: whether the section can be printed with the nozzle, or bought.
         springs_back: whether neither strain exceeds what the material springs back from.
@@ -77,6 +92,7 @@ class CableDesign:
     rest: float
     tail: float
     free: float
+    working: float
     area: float
     section: Section
     stiffness_made: float
@@ -127,8 +143,8 @@ def cable_design(level: int, materials: Materials) -> CableDesign:
     stretch = max(assembled, contracted)
     pick = _printed if cable.form == "printed" else _cord
     tail, section = pick(k, stretch, materials)
-    free = _free(tail, cable)
-    made = cable.modulus * section.area / free
+    working, modulus = working_length(tail, cable), _modulus(cable)
+    made = modulus * section.area / working
     return CableDesign(
         module=0,
         level=level,
@@ -136,14 +152,15 @@ def cable_design(level: int, materials: Materials) -> CableDesign:
         stiffness_source=Source.SIMULATED if cable.k_ref is None else Source.MEASURED,
         rest=t.CABLE_REST_LENGTH,
         tail=tail,
-        free=free,
-        area=k * free / cable.modulus,
+        free=_free(tail, cable),
+        working=working,
+        area=k * working / modulus,
         section=section,
         stiffness_made=made,
-        strain_assembled=assembled / free,
-        strain_contracted=contracted / free,
+        strain_assembled=assembled / working,
+        strain_contracted=contracted / working,
         producible=abs(made / k - 1) < 0.01,
-        springs_back=stretch / free <= cable.max_strain * (1 + 1e-9),
+        springs_back=stretch / working <= cable.max_strain * (1 + 1e-9),
     )
 
 
@@ -168,17 +185,32 @@ def _free(tail: float, cable: CableMaterial) -> float:
     return t.CABLE_REST_LENGTH + 2 * tail - 2 * ring
 
 
-def _tail(free: float, cable: CableMaterial) -> float:
-    return MIN_TAIL + (free - _free(MIN_TAIL, cable)) / 2
+def working_length(tail: float, cable: CableMaterial, friction: float = CAP_FRICTION) -> float:
+    """Return the working length W in m of a cable with tails of a length in m."""
+    return t.CABLE_REST_LENGTH + (_free(tail, cable) - t.CABLE_REST_LENGTH) / _capstan(friction)
+
+
+def _capstan(friction: float) -> float:
+    return math.exp(friction * CAP_BEND)
+
+
+def _modulus(cable: CableMaterial) -> float:
+    """Return the modulus after a day, in Pa."""
+    return cable.modulus * (1.0 - cable.relaxation_after_a_day)
+
+
+def _tail(working: float, cable: CableMaterial) -> float:
+    """Return the tail in m of a cable with a working length in m."""
+    return MIN_TAIL + (working - working_length(MIN_TAIL, cable)) * _capstan(CAP_FRICTION) / 2
 
 
 def _printed(k: float, stretch: float, materials: Materials) -> tuple[float, Section]:
     """Return the shortest tail that works, or the longest allowed, and the section."""
     cable, printer = materials.cable, materials.printer
-    free = max(stretch / cable.max_strain, printer.least_area * cable.modulus / k)
-    tail = max(MIN_TAIL, math.ceil(_tail(free, cable) / _TAIL_STEP - 1e-9) * _TAIL_STEP)
+    working = max(stretch / cable.max_strain, printer.least_area * _modulus(cable) / k)
+    tail = max(MIN_TAIL, math.ceil(_tail(working, cable) / _TAIL_STEP - 1e-9) * _TAIL_STEP)
     tail = min(tail, cable.max_tail)
-    area = k * _free(tail, cable) / cable.modulus
+    area = k * working_length(tail, cable) / _modulus(cable)
     # the squarest section of whole layers that is no narrower than a line
     layers = max(printer.min_layers, math.floor(math.sqrt(area) / printer.layer + 1e-9))
     while layers > printer.min_layers and area / (layers * printer.layer) < printer.nozzle:
@@ -193,11 +225,10 @@ def _cord(k: float, stretch: float, materials: Materials) -> tuple[float, Sectio
     best: tuple[float, float, Section] | None = None
     for diameter in cable.stock_diameters:
         section = Section(width=diameter, thickness=diameter, round=True)
-        free = cable.modulus * section.area / k
-        tail = min(max(_tail(free, cable), MIN_TAIL), cable.max_tail)
-        error = abs(_free(tail, cable) / free - 1) + max(
-            0.0, stretch / _free(tail, cable) / cable.max_strain - 1
-        )
+        working = _modulus(cable) * section.area / k
+        tail = min(max(_tail(working, cable), MIN_TAIL), cable.max_tail)
+        made = working_length(tail, cable)
+        error = abs(made / working - 1) + max(0.0, stretch / made / cable.max_strain - 1)
         if best is None or error < best[0] - 1e-9:
             best = error, tail, section
     assert best is not None

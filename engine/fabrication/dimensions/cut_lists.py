@@ -112,8 +112,8 @@ def cables(morphology: Morphology, materials: Materials) -> tuple[Cable, ...]:
                     cut=d.path + 2 * KNOT_ALLOWANCE if materials.cable.form == "cord" else None,
                     pretension=d.stiffness * stretch,
                     stiffness=d.stiffness,
-                    strain_assembled=stretch / d.free,
-                    strain_contracted=max(0.0, float(contracted[k]) - d.rest) / d.free,
+                    strain_assembled=stretch / d.working,
+                    strain_contracted=max(0.0, float(contracted[k]) - d.rest) / d.working,
                     area=d.area,
                     square_side=d.square_side,
                     round_diameter=d.round_diameter,
@@ -126,7 +126,8 @@ def cables(morphology: Morphology, materials: Materials) -> tuple[Cable, ...]:
 def rods(morphology: Morphology, materials: Materials) -> tuple[Rod, ...]:
     """Return the rods of a robot: six per module, in the order of ``module.RODS``."""
     cut = t.ROD_LENGTH - 2 * CAP_TIP
-    cut_mass = materials.rod.density * math.pi * t.ROD_RADIUS**2 * cut
+    bore = (materials.rod.bore or 0.0) / 2
+    cut_mass = materials.rod.density * math.pi * (t.ROD_RADIUS**2 - bore**2) * cut
     return tuple(
         Rod(
             name=f"m{i}_rod{r}",

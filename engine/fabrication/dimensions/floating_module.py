@@ -21,8 +21,9 @@ import numpy as np
 from engine.body import module as t
 from engine.body import servo
 from engine.fabrication.dimensions import tolerances
+from engine.simulation.built import PUBLISHED, Built
 from engine.simulation.model import chain_spec
-from engine.simulation.physics import Physics
+from engine.simulation.physics import Physics, as_built
 
 HOLD: Final = 5.0
 """Simulated seconds before the module is measured."""
@@ -70,22 +71,30 @@ class Distance:
     tolerance: float
 
 
-def floating_module(level: int, command: int | None, off: float = 0.0) -> ModuleState:
+def floating_module(
+    level: int, command: int | None, off: float = 0.0, built: Built = PUBLISHED
+) -> ModuleState:
     """Return a module of a stiffness level at rest.
 
     Args:
         level: the stiffness gene, 1 to 10.
         command: in degrees; None for servo off.
         off: how much longer the internal cables are than commanded, in m.
+        built: what it is like where it differs from the published one.
     """
-    return _simulated(level, command, off)
+    return _simulated(level, command, off, built)
 
 
-@functools.lru_cache(maxsize=t.N_STIFFNESS_LEVELS)
-def contraction(level: int) -> tuple[Distance, ...]:
-    """Return the three distances between nodes with internal cables that shrink most, in falling order."""
+@functools.lru_cache(maxsize=2 * t.N_STIFFNESS_LEVELS)
+def contraction(level: int, built: Built = PUBLISHED) -> tuple[Distance, ...]:
+    """Return the three distances between nodes with internal cables that shrink most, in falling order.
+
+    Args:
+        level: the stiffness gene, 1 to 10.
+        built: what the module is like where it differs from the published one.
+    """
     released, contracted, long, short = (
-        _distances(level, command, off)
+        _distances(level, command, off, built)
         for command, off in (
             (RELEASED, 0.0),
             (CONTRACTED, 0.0),
@@ -109,13 +118,14 @@ def contraction(level: int) -> tuple[Distance, ...]:
     )
 
 
-@functools.lru_cache(maxsize=5 * t.N_STIFFNESS_LEVELS)
-def _simulated(level: int, command: int | None, off: float) -> ModuleState:
-    model = chain_spec((level,), (_FACE,), physics=Physics(), gravity=False).compile()
+@functools.lru_cache(maxsize=10 * t.N_STIFFNESS_LEVELS)
+def _simulated(level: int, command: int | None, off: float, built: Built) -> ModuleState:
+    physics = as_built(Physics(), built)
+    model = chain_spec((level,), (_FACE,), physics=physics, gravity=False).compile()
     data = mujoco.MjData(model)
     lengths = np.full(len(t.SERVO_NODES), SLACK)
     if command is not None:
-        lengths = servo.target_lengths(np.array(command)) + off
+        lengths = servo.target_lengths(np.array(command), built.target_lengths()) + off
     data.ctrl[:] = lengths
     mujoco.mj_step(model, data, round(HOLD / model.opt.timestep))
     mujoco.mj_forward(model, data)
@@ -143,7 +153,7 @@ def _nodes(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     return nodes @ (u @ np.diag([1.0, 1.0, sign]) @ vt)
 
 
-def _distances(level: int, command: int, off: float) -> np.ndarray:
+def _distances(level: int, command: int, off: float, built: Built) -> np.ndarray:
     """Return (12, 12) distances between the nodes in m, all internal cables longer by ``off`` in m."""
-    nodes = floating_module(level, command, off).nodes
+    nodes = floating_module(level, command, off, built).nodes
     return np.linalg.norm(nodes[:, None] - nodes, axis=2)

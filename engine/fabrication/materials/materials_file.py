@@ -33,7 +33,7 @@ from engine.fabrication.materials.properties import (
 from engine.fabrication.materials.toml_table import read_table, text_value
 from engine.files import parse_toml
 
-PRESETS: Final = ("tpu-85a", "silicone-cord", "latex-cord")
+PRESETS: Final = ("latex-cord", "tpu-85a", "silicone-cord")
 """Names of the materials files that ship with the project; the first is the default."""
 
 _TABLES: Final[dict[str, type]] = {
@@ -94,6 +94,8 @@ def parse_materials(text: str, *, file: str) -> Materials:
     cut = t.ROD_LENGTH - 2 * CAP_TIP
     if tables["rod"].stock_length < cut:
         raise InvalidData(f"{file}: rod.stock_length_mm must be at least {1e3 * cut:g}, the length of a rod")
+    if (tables["rod"].bore or 0.0) >= 2 * t.ROD_RADIUS:
+        raise InvalidData(f"{file}: rod.bore_mm must be less than {2e3 * t.ROD_RADIUS:g}, the rod's diameter")
     if not isinstance(content["fastener"], list):
         raise InvalidData(f"{file}: fastener must be a list of tables: [[fastener]]")
     fasteners = tuple(

@@ -21,6 +21,9 @@ CAP_TIP: Final = 0.0015
 
 CableForm = Literal["printed", "cord"]
 """Printed flat as one net, or bought as round cord and cut to length."""
+RELAXATION: Final[dict[CableForm, float]] = {"printed": 0.15, "cord": 0.05}
+"""How much less cables pull after a day: 3 to 4 % a decade of time from a minute on for thermoplastic
+polyurethane, 1 to 2 % for vulcanised rubber; assumed."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +39,8 @@ class CableMaterial:
         max_tail: how much of a cable may lie along a rod at each of its ends, in m.
         stock_diameters: of the cord that can be bought, in m, increasing; empty if printed.
         k_ref: measured stiffness of the cables of relative stiffness 1.0 in N/m; None: the simulation's.
+        relaxation: how much less it pulls after a day at its strain; None: ``RELAXATION`` of its form.
+        source: where modulus and strain come from, such as a data sheet's name; None if nobody says.
     """
 
     material: str
@@ -46,6 +51,13 @@ class CableMaterial:
     max_tail: float = number("mm", zero=True)
     stock_diameters: tuple[float, ...] = number("mm")
     k_ref: float | None = number("n_per_m", optional=True)
+    relaxation: float | None = number("percent", zero=True, optional=True)
+    source: str | None = None
+
+    @property
+    def relaxation_after_a_day(self) -> float:
+        """How much less a cable pulls after a day than when it was made, in parts."""
+        return RELAXATION[self.form] if self.relaxation is None else self.relaxation
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,12 +97,14 @@ class RodStock:
         density: in kg/m3.
         stock_length: of a bought rod, in m.
         kerf: width of a saw cut, in m.
+        bore: inner diameter of a tube, in m; None for a solid rod.
     """
 
     material: str
     density: float = number("kg_m3")
     stock_length: float = number("mm")
     kerf: float = number("mm", zero=True)
+    bore: float | None = number("mm", zero=True, optional=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

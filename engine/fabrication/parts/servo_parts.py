@@ -12,9 +12,10 @@ from manifold3d import Manifold
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.dimensions.floating_module import CONTRACTED, floating_module
 from engine.fabrication.materials import Materials, Printer, ServoMotor
 from engine.fabrication.parts import solids
+from engine.simulation.built import Built
 
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
 """In mm (simulated)."""
@@ -53,8 +54,16 @@ def groove_radii(motor: ServoMotor) -> np.ndarray:
 
 
 def required_torque(motor: ServoMotor) -> float:
-    """Return the torque in N m on the drum when all internal cables pull as much as they may."""
-    return float(1e-3 * groove_radii(motor).sum() * t.SERVO_MAX_TENSION)
+    """Return the torque in N m on the drum when it holds the stiffest module contracted."""
+    return float(1e-3 * groove_radii(motor) @ line_tensions(t.N_STIFFNESS_LEVELS))
+
+
+def line_tensions(level: int) -> np.ndarray:
+    """Return (5,) tensions in N of the internal cables of a contracted module, as ``SERVO_NODES``.
+
+    Lines have no limit, which the simulated servo has.
+    """
+    return floating_module(level, CONTRACTED, built=Built(line_limit=0.0)).servo_tensions
 
 
 def drum_errors(motor: ServoMotor) -> np.ndarray:

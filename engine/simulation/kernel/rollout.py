@@ -99,7 +99,7 @@ class KernelLoop:
         self.targets = self._of_robots(self._trials.targets)
         """(robots, copies, 2) the targets in the world, in m."""
         self.sensed: np.ndarray | None = None
-        """(robots, copies, inputs) what the controllers sensed at the last update, None before the first."""
+        """(robots, copies, inputs) what the controllers were told last, None before the first update."""
         self.sim = KernelSimulations(
             [s.robot for s in settled],
             self._trials.states,
@@ -145,7 +145,7 @@ class KernelLoop:
         else:
             self.sensed = sensed(self._task, self.view(), self.sim.alive)
             self._trials.give(self.sensed.reshape(-1, self.sensed.shape[-1]))
-            self._trials.run(1)
+            self.sensed = self._of_robots(self._trials.run(1, _SENSED).sensed[0])
         self._update_failures()
 
     def advance(self, n_updates: int) -> Span:

@@ -133,3 +133,21 @@ def test_evolve_with_processes_says_what_computed(tmp_path, capsys):
     assert computer["evaluations"] == 8
     main(["info", str(path)])
     assert "computed on" in capsys.readouterr().out
+
+
+def test_robots_are_evolved_as_they_would_be_built(tensatlas: Command, tmp_path: Path) -> None:
+    run = tmp_path / "built.tsmr"
+    small = "--preset smoke --evaluations 4 --initial 4 --refit-generations 0".split()
+    code, _, _ = tensatlas("evolve", run, *small, "--as-built", "latex-cord", "--spread")
+    assert code == 0
+    with RunReader(run) as reader:
+        physics = reader.config.physics
+    assert physics.built.line_limit == 0.0
+    assert physics.built.centre_of_mass[1] < -0.005
+    assert physics.spread.stiffness > 0.0
+
+
+def test_robots_cannot_differ_without_a_material(tensatlas: Command, tmp_path: Path) -> None:
+    code, _, err = tensatlas("evolve", tmp_path / "x.tsmr", "--spread")
+    assert code == 2
+    assert "--spread needs --as-built" in err

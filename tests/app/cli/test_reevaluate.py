@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from engine.storage.reader import RunReader
 from tests.support.command_line import Command
+from viz.maps.coloring import colorings
 
 
 def test_reevaluate(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
@@ -44,3 +46,26 @@ def test_several_runs_and_folders_one_after_another(
     with (tmp_path / "comparison" / "runs.csv").open(newline="") as f:
         best = {Path(r["run"]).stem: float(r["robust_best_f_s_cm"]) for r in csv.DictReader(f)}
     assert best == {Path(f["run"]).stem: pytest.approx(100 * f["best_again"]) for f in facts}
+
+
+def test_elites_as_they_would_be_built(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
+    command = ("reevaluate", copy, "--repeats", 1, "--archive", "morphology", "--as-built", "latex-cord")
+    status, _, err = tensatlas(*command)
+    assert (status, "small.as_built.json" in err) == (0, True)
+    assert not (tmp_path / "small.robust.json").exists()
+    kept = json.loads((tmp_path / "small.as_built.json").read_text())
+    assert kept["versions"]["robots of"].startswith("latex-cord (")
+    with RunReader(copy) as reader:
+        assert "as-built fitness" in colorings(reader)
+        assert "robust fitness" not in colorings(reader)
+        coloring = colorings(reader)["as-built fitness"](reader, 1)
+    assert coloring is not None
+    # robots of another material are other robots
+    status, _, err = tensatlas(*command[:-1], "tpu-85a")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "was made with robots of latex-cord" in err
+    # nothing new is simulated, and built robots do differ from evolved ones
+    (built,) = json.loads(tensatlas(*command, "--json")[1])
+    (evolved,) = json.loads(tensatlas(*command[:-2], "--json")[1])
+    assert built["mean"] == evolved["mean"]
+    assert built["mean_again"] != evolved["mean_again"]

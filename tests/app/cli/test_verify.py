@@ -61,6 +61,9 @@ def test_the_chosen_time_step_is_named(
         ("--cell CELL --timestep-factor 0.3", "whole number of time steps"),
         ("--cell CELL --timestep-factor 2", "too large"),
         ("--cell EMPTY", "is empty"),
+        ("--cell CELL --as-built --samples 0", "samples must be"),
+        ("--cell CELL --as-built --materials none.toml", "none.toml"),
+        ("--cell CELL --as-built --simulator mujoco", "does not go with"),
     ],
 )
 def test_mistakes_get_one_line(
@@ -77,3 +80,21 @@ def test_mistakes_get_one_line(
     out, err = capsys.readouterr()
     assert (stopped.value.code, out, err.count("\n")) == (2, "", 1)
     assert reason in err
+
+
+def test_as_built_for_people(small_run: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    extra = "--as-built --materials latex-cord --samples 3 --seeds 1".split()
+    main(["verify", str(small_run), "--archive", "controller", "--cell", cell, *extra])
+    out = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "3 robots of that design" in out
+    assert "largest tension of an internal" in out
+    assert "as built" in out
+
+
+def test_as_built_as_json(small_run: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    extra = "--as-built --samples 2 --seeds 1 --json".split()
+    main(["verify", str(small_run), "--archive", "controller", "--cell", cell, *extra])
+    facts = json.loads(capsys.readouterr().out)
+    assert len(facts["robots"]["f_s_cm"]) == 2
+    assert {d["key"] for d in facts["deviations"]} > set(facts["costs_cm"])
+    assert facts["materials"] == "latex-cord"

@@ -11,7 +11,7 @@ import viser
 
 from app.gui import viser_private
 from app.gui.lanes import Lanes
-from app.gui.viser_private import MAX_COMING, Gate
+from app.gui.viser_private import MAX_COMING, Gate, within
 from app.server.server import serve_sessions
 from benchmarks.synthetic_browser import SyntheticBrowser
 
@@ -35,7 +35,7 @@ class Session:
             Session.taken += (gate.taken(button),)
 
         button.on_upload(take)
-        gate.open(button, MAX_COMING, refuse)
+        gate.open(button, ".tsmr", MAX_COMING, refuse)
 
     def cancel(self) -> None:
         """Nothing to give up."""
@@ -51,13 +51,13 @@ def serving() -> Iterator[str]:
         yield f"http://127.0.0.1:{server.get_port()}"
 
 
-def announce(browser: SyntheticBrowser, size: int, parts: int = 1) -> None:
+def announce(browser: SyntheticBrowser, size: int, parts: int = 1, name: str = "x.tsmr") -> None:
     browser.send(
         {
             "type": "FileTransferStartUpload",
             "source_component_uuid": browser.uuid("Upload"),
             "transfer_uuid": "t",
-            "filename": "x.tsmr",
+            "filename": name,
             "mime_type": "",
             "part_count": parts,
             "size_bytes": size,
@@ -95,6 +95,18 @@ def test_a_file_arrives_and_no_more_of_it_than_was_announced() -> None:
         assert Session.refused == ()
 
 
+def test_a_file_of_another_kind_is_refused_before_it_comes() -> None:
+    with serving() as address, SyntheticBrowser(address, PATIENCE) as browser:
+        announce(browser, 3, name="pic.csv")
+        browser.wait(lambda m: m["type"] == "FileTransferPartAck", 0)  # its button waits for that
+        assert Session.refused == ("pic.csv is no file of the kind *.tsmr",)
+        send(browser, b"abc")
+        announce(browser, 2, name="OK.TSMR")
+        send(browser, b"ok")
+        wait(lambda: Session.taken)
+        assert Session.taken == (("OK.TSMR", b"ok"),)
+
+
 def test_large_files_of_several_browsers_come_one_after_the_other() -> None:
     acknowledged: list[int] = []
 
@@ -130,3 +142,17 @@ def test_a_file_that_does_not_come_makes_room(monkeypatch: pytest.MonkeyPatch) -
             send(second, b"x")
             second.wait(lambda m: m["type"] == "FileTransferPartAck", 0)
         assert Session.refused == ()
+
+
+def test_what_is_beyond_a_slider_becomes_its_end() -> None:
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        slider = server.gui.add_slider("Time", min=-3.0, max=40.0, step=0.1, initial_value=0.0)
+        number = server.gui.add_number("No.", 1.0, min=1.0, max=9.0)
+        props = slider._impl.props
+        assert [within(props, v) for v in (99.0, -4, 12.5)] == [40.0, -3.0, 12.5]
+        assert [within(props, v) for v in (True, "99", None)] == [True, "99", None]
+        # typing 12 passes through 1: what lies beyond is the reader's business
+        assert within(number._impl.props, 99.0) == 99.0
+    finally:
+        server.stop()

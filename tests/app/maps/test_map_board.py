@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from engine.errors import InvalidData
 from engine.search.axes import Axis
 from engine.storage.reader import RunReader
 from tests.support.grid_run import grid_cell
+from viz.maps.contents import Content
 from viz.maps.layouts import ONLY, layouts
 from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import MapPicture
@@ -35,6 +36,11 @@ class Panel:
         self.pictures: dict[str, MapPicture] = {}
         self.rings: dict[str, Ring | None] = {}
         self.notices: list[tuple[str, str]] = []
+        self.least: float | None = None
+        self.listed: tuple[set[int], int | None] = (set(), None)
+
+    def show(self, contents: Mapping[str, Content], chosen: int | None) -> None:
+        self.listed = ({e.number for c in contents.values() for e in c.elites.values()}, chosen)
 
     def notify(self, title: str, text: str) -> None:
         self.notices.append((title, text))
@@ -53,7 +59,7 @@ def panel() -> Panel:
 
 
 def new_board(panel: Panel) -> MapBoard:
-    return MapBoard(panel, panel.notify, lambda _reader: ALL)  # type: ignore[arg-type]
+    return MapBoard(panel, panel.notify, lambda _reader: ALL, panel)  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -218,6 +224,24 @@ def test_clicks_name_every_map_whatever_a_file_calls_its_archives(archives: list
     names = [v.name for v in layouts(dict.fromkeys(archives, axes))[ONLY]]
     assert len(set(names)) == len(archives)
     assert all(_CLICK.fullmatch(f"{name}:1,2|3") for name in names)
+
+
+def test_what_the_list_of_elites_leaves_out_is_pale(
+    board: MapBoard, panel: Panel, grid_reader: RunReader
+) -> None:
+    picture = panel.pictures["grid-01"]
+    assert panel.listed[0] >= {e.number for e in picture.elites.values()}
+    assert not any(tile.pale for tile in picture.tiles.values())
+    values = sorted(e.f_s for e in picture.elites.values())
+    panel.least = values[len(values) // 2]
+    board.filter()
+    tiles = panel.pictures["grid-01"].tiles
+    assert {c for c, t in tiles.items() if t.pale} == {
+        c for c, e in picture.elites.items() if e.f_s < panel.least
+    }
+    number = picture.elites[next(iter(picture.elites))].number
+    board.choose("grid", number)
+    assert panel.listed[1] == number
 
 
 def test_the_best_robot_is_the_best_under_new_noise_if_that_is_known(

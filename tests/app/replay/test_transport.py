@@ -37,11 +37,11 @@ class Gui:
         return add
 
 
-@pytest.mark.parametrize(("window", "is_narrow"), [(1600, False), (1280, True)])
-def test_every_control_has_a_place_by_its_name(window: int, is_narrow: bool) -> None:
+@pytest.mark.parametrize(("room", "is_narrow"), [(840, False), (640, False), (520, True)])
+def test_every_control_has_a_place_by_its_name(room: int, is_narrow: bool) -> None:
     gui, player = Gui(), Player()
-    client: Any = SimpleNamespace(gui=gui, camera=SimpleNamespace(image_width=window))
-    TransportPanel(client, player, MagicMock(), TransportEvents(), taken=760)
+    client: Any = SimpleNamespace(gui=gui)
+    TransportPanel(client, player, MagicMock(), TransportEvents(), room=room)
     player.close()
     (style,) = (content for content in gui.html if "ta-transport" in content)
     rules = re.sub(r"/\*.*?\*/", "", style, flags=re.DOTALL)

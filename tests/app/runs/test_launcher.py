@@ -120,8 +120,10 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
 def test_a_run_from_given_robots_names_them_on_the_command_line() -> None:
     given = ("/a b/mine.tsmr#63,7", "/a b/other.tsmr#1")
     config = breeding_config(Breeding(strength=0.3, hold="bodies", seed=4), [PRESETS["paper"]] * 2)
-    parsed = main._parse(["evolve", "x.tsmr", *flags(dataclasses.replace(NEW, config=config, given=given))])
+    new = dataclasses.replace(NEW, config=config, given=given, in_one_process=True)
+    parsed = main._parse(["evolve", "x.tsmr", *flags(new)])
     assert isinstance(parsed, Evolve)
+    assert parsed.computing.pool == "threads"
     assert parsed.given == given
     assert parsed.config == config
 

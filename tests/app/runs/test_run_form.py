@@ -13,7 +13,7 @@ import viser
 from app.gui.field_docs import field_docs
 from app.runs.run_form import EVERYDAY, FieldError, RunForm
 from engine.body.morphology import BodyRates
-from engine.config import PRESETS, RunConfig
+from engine.config import PRESETS, RunConfig, replaced
 from engine.control.genome import NeatRates
 from engine.search.map_search import MapSearchConfig
 from engine.search.variation import VariationConfig
@@ -108,3 +108,15 @@ def test_a_name_that_is_none_for_a_file_is_said_so(form: RunForm) -> None:
     form._name.value = "a/b"
     with pytest.raises(FieldError, match="letters"):
         form.value()
+
+
+def test_another_run_like_one_has_its_configuration_and_the_next_seed(form: RunForm) -> None:
+    config = replaced(
+        PRESETS["smoke"], task="squeezing", algorithm="map-elites", evaluations=77, seed=4, batch_size=8
+    )
+    form.fill(config, "mine")
+    new = form.value()
+    assert new.config == replaced(config, seed=5)
+    assert new.name == "mine-seed-5"
+    form.fill(new.config, new.name)
+    assert form.value().name == "mine-seed-6"

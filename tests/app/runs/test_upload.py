@@ -141,14 +141,21 @@ def test_what_costs_too_much_is_refused_with_a_reason(
 @pytest.mark.parametrize("content", [b"", b"SQLite format 3\x00", b"x" * 5000, b"PK\x03\x04" + b"\0" * 200])
 def test_other_files_are_refused(content: bytes, folder: Path) -> None:
     with pytest.raises(RunFileError, match=r"bad\.tsmr"):
-        keep("bad", content, folder)
+        keep("bad.tsmr", content, folder)
     assert list(folder.iterdir()) == []
+
+
+def test_a_file_of_another_name_is_refused_whatever_it_holds(small_run: Path, folder: Path) -> None:
+    with pytest.raises(RunFileError, match=r"pic\.csv is no run file"):
+        keep("pic.csv", small_run.read_bytes(), folder)
+    assert not folder.exists()
+    assert keep("PIC.TSMR", small_run.read_bytes(), folder).suffix == ".tsmr"
 
 
 def test_a_file_of_half_its_length_is_refused(small_run: Path, folder: Path) -> None:
     content = small_run.read_bytes()
     with pytest.raises(RunFileError, match=r"bad\.tsmr"):
-        keep("bad", content[: len(content) // 2], folder)
+        keep("bad.tsmr", content[: len(content) // 2], folder)
 
 
 def test_a_task_file_that_an_upload_names_is_never_run(small_run: Path, folder: Path, tmp_path: Path) -> None:
@@ -161,7 +168,7 @@ def test_a_task_file_that_an_upload_names_is_never_run(small_run: Path, folder: 
         f"UPDATE meta SET value = json_set(value, '$.task', '{task}') WHERE key = 'config'",
     )
     with pytest.raises(RunFileError, match="task"):
-        keep("bad", content, folder)
+        keep("bad.tsmr", content, folder)
     assert not ran.exists()
 
 
@@ -169,9 +176,9 @@ def test_size_and_number_are_limited(small_run: Path, folder: Path, monkeypatch:
     content = small_run.read_bytes()
     monkeypatch.setattr(upload, "MAX_FILES", 2)
     for _ in range(2):
-        keep("a", content, folder)
+        keep("a.tsmr", content, folder)
     with pytest.raises(RunFileError, match="2 files already"):
-        keep("a", content, folder)
+        keep("a.tsmr", content, folder)
     monkeypatch.setattr(upload, "MAX_BYTES", len(content) - 1)
     with pytest.raises(RunFileError, match="larger than"):
-        keep("a", content, folder)
+        keep("a.tsmr", content, folder)

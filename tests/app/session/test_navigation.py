@@ -41,6 +41,7 @@ class App:
         self._reader = reader
         self._service = Service()
         self.notices: list[str] = []
+        self.n_arrivals = 0
         self.actions = Actions(BROWSER, self._service.lanes())
         self.actions.notify = lambda _title, body, **_: self.notices.append(body)  # type: ignore[method-assign]
         self.run, self.choice, self.generation = ShownRun(), Choice(), 0
@@ -71,6 +72,9 @@ class App:
         self.choice.greets = False
         self.choice.select(Selection(archive, cell, self._reader.evaluation(number), 0))
         self.navigation.update()
+
+    def arrived(self, _gui: object) -> None:
+        self.n_arrivals += 1
 
     def wait(self) -> None:
         done = threading.Event()
@@ -104,6 +108,7 @@ def test_an_address_that_leads_nowhere_becomes_that_of_what_is_shown(app: App) -
     Bar.arrived(Address(run="small", archive="morphology", cell=(9, 9)))
     app.wait()
     assert "empty" in app.notices[0]
+    assert app.n_arrivals == 1  # pinned robots come back wherever one has arrived
     assert Bar.shown == (Address(run="small"),)
     Bar.arrived(Address(run="nowhere"))
     app.wait()

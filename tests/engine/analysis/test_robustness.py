@@ -219,7 +219,7 @@ def test_two_at_once_do_not_save_over_each_other(run):
 def test_results_that_cannot_be_kept_are_reported(run, monkeypatch):
     monkeypatch.setattr(engine.analysis.reevaluation, "create_evaluator", lambda *_: MadeUpEvaluator())
     monkeypatch.setattr(
-        engine.analysis.reevaluation, "robust_path", lambda run: run.parent / "none" / "x.json"
+        engine.analysis.reevaluation, "robust_path", lambda run, **_: run.parent / "none" / "x.json"
     )
     with pytest.raises(RunFileError, match="cannot be written"):
         reevaluate(run, repeats=1, archive="morphology")

@@ -3,7 +3,6 @@ from engine.fabrication.buildability import problems
 from engine.fabrication.materials import load_materials, parse_materials, preset_text
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
 
 
 def test_a_part_too_large_or_too_thin_is_told():
@@ -16,4 +15,7 @@ def test_a_part_too_large_or_too_thin_is_told():
     assert "link" not in texts
     assert "walls thinner than 1.3 mm" in texts
     assert all(problem.proposals for problem in found)
-    assert problems(BODY, MATERIALS) == ()
+
+
+def test_the_default_can_be_built():
+    assert problems(BODY, load_materials()) == ()

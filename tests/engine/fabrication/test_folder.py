@@ -4,7 +4,7 @@ from engine.fabrication.materials import load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 
 
 def test_equal_robots_give_equal_files():

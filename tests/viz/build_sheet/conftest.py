@@ -5,9 +5,11 @@ import random
 
 import pytest
 
+from engine.analysis.as_built import simulate_as_built
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.export import simulate_trial
+from engine.fabrication.as_built import twin_of
 from engine.fabrication.materials import load_materials
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.provenance import versions
@@ -17,11 +19,17 @@ from viz.build_sheet.facts import ArchivePlace, Facts
 
 @pytest.fixture(scope="session")
 def materials():
-    return load_materials()
+    printed = load_materials("tpu-85a")
+    # a filament and a printer with which only the softest modules are a problem
+    return dataclasses.replace(
+        printed,
+        cable=dataclasses.replace(printed.cable, max_strain=1.0),
+        printer=dataclasses.replace(printed.printer, nozzle=0.0006, bed_x=0.25, bed_y=0.25),
+    )
 
 
 @pytest.fixture(scope="session")
-def robots(small_config):
+def robots(small_config, materials):
     """Facts of robots by number of modules; the larger one has modules of three stiffnesses."""
     trials = dataclasses.replace(small_config.trials, settle_time=1.0)
     small_config = dataclasses.replace(small_config, trials=trials)
@@ -39,6 +47,15 @@ def robots(small_config):
         )
         solution = Solution(number=number, morphology=body, controller=controller)
         ((evaluation,),) = evaluator.evaluate([solution])
+        twin = twin_of(mode.physics, body, materials)
+        as_built = simulate_as_built(
+            mode,
+            evaluation,
+            nominal=twin.nominal,
+            robots=twin.samples(2),
+            alone=twin.alone(),
+            n_seeds=1,
+        )
         found[body.n_modules] = Facts(
             run_name="a run <&> with ünusual → name",
             date="2026-11-24",
@@ -48,5 +65,7 @@ def robots(small_config):
             trial=simulate_trial(mode, evaluation),
             robust=None,
             versions=versions(),
+            twin=twin,
+            as_built=as_built,
         )
     return found

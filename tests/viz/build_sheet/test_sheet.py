@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
+from engine.analysis.as_built import AsBuilt, Scores
 from engine.analysis.robustness import Robustness
 from engine.body import module as t
 from engine.body import servo
@@ -28,7 +29,7 @@ from engine.tasks import get_task, worlds
 from viz.build_sheet import style
 from viz.build_sheet.document import typeset
 from viz.build_sheet.pen import Pen
-from viz.build_sheet.sections import performance
+from viz.build_sheet.sections import performance, title
 from viz.build_sheet.sheet import build_sheet
 
 PAPERS = {2: "a4", 10: "letter"}
@@ -137,7 +138,7 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
         assert problem.text.replace("mm2", "mm²") in text
         assert all(p.replace("mm2", "mm²") in text for p in problem.proposals)
     for level in set(morphology.stiffness_levels):
-        for d in contraction(level):
+        for d in contraction(level, facts.built):
             figures = f"{1000 * d.released:.1f} {1000 * d.contracted:.1f} ± {1000 * d.tolerance:.1f}"
             assert f"{d.nodes[0]} and {d.nodes[1]} {figures}" in text
     near, far = (f"{1000 * v:.1f}" for v in facts.link_gaps)
@@ -241,3 +242,57 @@ def test_cords_fit_their_columns_and_a_module_weighs_what_is_built(robots):
     assert layout.too_narrow == []
     weight = mass_balance(robots[2].morphology, cord).built / 2
     assert f"Weigh it ({1000 * weight:.1f} g" in read(pdf)
+
+
+def said_by(parts) -> str:
+    """Return the text of parts of a sheet, without its markup."""
+    return " ".join(p.getPlainText() for p in parts)
+
+
+@pytest.mark.parametrize(
+    ("robots_cm", "printable", "said", "unsaid"),
+    [
+        (
+            9.0,
+            True,
+            ["Evolved 10.0 cm, as built 9.0 ± 0.0 cm.", "all that is needed"],
+            ["Not worth", "Cannot"],
+        ),
+        (4.0, True, ["Not worth building: it loses 60 % of that.", "by how the drum winds"], ["all that is"]),
+        (-4.0, True, ["as built −4.0", "it loses more than all of that", "--as-built"], ["all that is"]),
+        (9.0, False, ["Cannot be built so", "as built 9.0"], ["all that is needed"]),
+    ],
+)
+def test_the_first_page_says_whether_it_is_worth_building(robots, robots_cm, printable, said, unsaid):
+    def scores(cm):
+        return Scores((cm / 100, cm / 100), None, None)
+
+    found = AsBuilt(scores(10.0), scores(9.5), scores(robots_cm), {"winding": scores(3.0)})
+    facts = dataclasses.replace(robots[2], as_built=found)
+    cord = load_materials()
+    if not printable:
+        cord = dataclasses.replace(cord, cable=dataclasses.replace(cord.cable, max_strain=0.2))
+    text = said_by(title.verdict(facts, cord))
+    assert all(words in text for words in said), text
+    assert not any(words in text for words in unsaid), text
+
+
+def test_what_differs_is_listed_with_what_it_costs(robots, texts):
+    facts, text = robots[2], texts[2]
+    assert facts.twin is not None
+    assert facts.as_built is not None
+    for d in facts.twin.deviations:
+        assert d.name in text
+        assert f"{d.origin}: " in text
+    assert "Paths of the head as built" in text
+    assert np.array_equal(performance.path_of(facts), facts.as_built.robots.trajectory)
+    plain = dataclasses.replace(facts, as_built=None)
+    assert performance.path_of(plain) is facts.evaluation.trajectory
+
+
+def test_a_module_is_accepted_by_what_the_built_one_measures(robots):
+    # a stiff module's lines are stretched beyond the simulated limit
+    built = robots[10].built
+    stiff, published = contraction(9, built), contraction(9)
+    assert stiff[0].nodes == published[0].nodes
+    assert published[0].contracted - stiff[0].contracted > 0.002

@@ -14,7 +14,7 @@ from engine.search.axes import Axis, body_cell
 from engine.storage.reader import RunReader
 from viz import words
 from viz.maps import axis_labels
-from viz.maps.coloring import AGE, FITNESS, by_number, by_visits
+from viz.maps.coloring import FITNESS, by_age, by_number, by_visits
 from viz.maps.contents import Content, ShownElite, load_contents
 from viz.maps.layouts import BY_BODY, NESTED, ONLY, PROJECTED, layouts
 from viz.maps.map_pictures import outer_cell, pictures
@@ -144,17 +144,19 @@ def test_newly_won_cells_are_fresh_and_after_new_axes_newly_come_robots_but_not_
 
 def test_colours_by_age_and_by_a_table_of_numbers() -> None:
     views = layouts({"grid": GRID.axes})[PROJECTED]
-    bodies, _ = pictures({"grid": GRID}, views, AGE)
-    assert bodies.values == {(1, 3): 6.0, (1, 5): 2.0, (8, 9): 0.0}
-    assert (bodies.scale.low, bodies.scale.high, bodies.scale.title) == (0.0, 6.0, "gen.")
+    bodies, _ = pictures({"grid": GRID}, views, by_age(7))  # those found last are the youngest
+    assert bodies.values == {(1, 3): 1.0, (1, 5): 5.0, (8, 9): 7.0}
+    assert (bodies.scale.low, bodies.scale.high, bodies.scale.title) == (0.0, 7.0, "age, gen.")
+    assert bodies.tiles[1, 3].hint.endswith("found 1 generation ago")
     robust = by_number({2: 1.5, 1: 9.0}, "robust f_s cm")
     bodies, _ = pictures({"grid": GRID}, views, robust)
     assert bodies.values == {(1, 3): 1.5}  # the others are grey
     assert bodies.tiles[1, 3].hint.endswith("robust f_s 1.50 cm")
     assert "robust" not in bodies.tiles[1, 5].hint
-    # a map of which nothing is known keeps the colours of the fitness, and its bar says so
+    # a map of which nothing is known is grey, and says why
     bodies, _ = pictures({"grid": GRID}, views, by_number({}, "robust f_s cm"))
-    assert (bodies.scale.title, bodies.values[1, 5]) == ("f_s cm", 3.0)
+    assert (bodies.scale.title, bodies.values) == ("robust f_s cm", {})
+    assert bodies.figures == "none of these was evaluated again"
 
 
 def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None:
@@ -166,7 +168,8 @@ def test_visits_count_the_evaluations_of_a_body(small_reader: RunReader) -> None
         # every evaluation that did not fail fell into a cell that has been filled since
         assert sum(bodies.values.values()) == g.n_evaluations - g.n_failed
         assert min(bodies.values.values()) >= 1
-        assert behaviours.scale.title == "f_s cm"  # not known for trajectories
+        assert (behaviours.scale.title, behaviours.values) == ("visits", {})  # not known for trajectories
+        assert "by body only" in behaviours.figures
 
 
 @given(st.integers(2, 10), st.integers(1, 10))

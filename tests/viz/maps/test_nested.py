@@ -32,9 +32,10 @@ def table(svg: ElementTree.Element) -> dict[Cell, tuple[tuple[int, int], str]]:
     hints = json.loads(svg.attrib["data-hints"])
     found = {}
     for row in filter(None, svg.attrib["data-cells"].split(";")):
-        x, y, cell, kind, numbers, _body = row.split(",")
+        x, y, cell, kind, numbers, _body, robot = row.split(",")
         rest = iter(numbers.split(" "))
         hint = re.sub(MARK, lambda _, rest=rest: next(rest), hints[int(kind)])
+        assert f"robot {robot}," in hint
         found[tuple(map(int, cell.split(".")))] = ((int(x), int(y)), hint)
     return found
 

@@ -114,6 +114,20 @@ def test_a_video_has_every_frame_at_its_time(replay):
     assert np.abs(shown - expected).mean() < 4
 
 
+def test_the_clock_of_a_video_is_not_blended_with_what_it_showed_before(replay):
+    av = pytest.importorskip("av")
+    look = ReplayLook(size=SIZE)
+    pictures = Renderer(replay, look)
+
+    def clock(image):
+        return np.asarray(image).astype(float)[255:, 440:]
+
+    with av.open(io.BytesIO(video.video(replay, look=look))) as container:
+        shown = [clock(frame.to_ndarray(format="rgb24")) for frame in container.decode(video=0)]
+    off = [shown[k] - clock(pictures.picture(k / 30)) for k in range(6, 60, 6)]
+    assert max(np.sqrt((d**2).mean()) for d in off) < 9.0
+
+
 @pytest.mark.parametrize("encoder", list(video.ENCODERS))
 def test_every_encoder_makes_a_video_where_there_is_one(replay, encoder):
     av = pytest.importorskip("av")

@@ -249,12 +249,23 @@ def test_the_page_stands_alone(single: Comparison) -> None:
             assert page.count(f'<figure id="{figure.name}"') == 1
 
 
+def test_pictures_come_first_and_what_single_runs_do_not_say_last(
+    comparison: Comparison, single: Comparison
+) -> None:
+    parts = [s.name.removeprefix("goal-reaching-") for s in report_sections(comparison)]
+    assert parts == ["notes", "trends", "maps", "nested", "results", "runs"]
+    maps = next(s for s in report_sections(single) if s.name.endswith("-maps")).figures[0].caption
+    assert "It has no controller map, because it describes no movements" in maps
+    others = dataclasses.replace(single, tasks=(TaskComparison("goal-reaching", single.tasks[0].groups[1:]),))
+    assert "ViE-NEAT" not in report_sections(others)[2].figures[0].caption
+
+
 def test_the_app_gets_the_same_sections_in_its_own_colours(single: Comparison) -> None:
     light, dark = report_sections(single), report_sections(single, DARK)
     assert [s.name for s in dark] == [s.name for s in light]
     assert [s.name for s in light] == [
         "notes",
-        *(f"goal-reaching-{s}" for s in ("results", "trends", "maps", "nested", "runs")),
+        *(f"goal-reaching-{s}" for s in ("trends", "maps", "nested", "runs", "results")),
     ]
     figure = dark[1].figures[0].figure
     assert figure.layout.paper_bgcolor == "rgba(0,0,0,0)"

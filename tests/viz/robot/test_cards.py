@@ -4,13 +4,17 @@ import dataclasses
 import html
 import math
 import random
+import re
 from collections import Counter
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
+from engine.analysis.robustness import Robustness
 from engine.body.morphology import Morphology
 from engine.control.genome import Neat
+from engine.export import robot_id
 from engine.storage.reader import RunReader
 from engine.tasks import bearing_name
 from viz import words
@@ -26,12 +30,45 @@ def test_card_says_what_the_robot_is(small_reader: RunReader) -> None:
     assert "&lt;here&gt;" in card
     assert " ".join(map(str, body.faces)) in card
     f_s = 100 * (0.45 - evaluation.fitness)
-    assert f"{f_s:.2f} cm" in card
+    assert f"f<sub>s</sub> {f_s:.2f} cm</span>, as it was evaluated" in card
     assert words.gained(f_s, 0.79) in card
     for sentence in (words.F_S, words.FACES, words.HEAD):
         assert html.escape(words.plain(sentence)) in card
-    assert card.count("cm</span></div>") == 4  # one line per target
     assert "nobody (random)" in card
+    assert robot_id(small_reader.config, evaluation.solution) in card
+
+
+def test_bars_and_numbers_say_how_much_closer_a_robot_comes(small_reader: RunReader) -> None:
+    gains = np.array([6.0, -2.0, 0.01, 3.0])
+    evaluation = dataclasses.replace(
+        small_reader.evaluation(0), distances=(0.45 - gains / 100)[:, None].astype(np.float32)
+    )
+    card = robot_card.render(small_reader.config, evaluation, "here", 0)
+    for said in ("6.0 cm closer", "2.0 cm farther", "no closer", "3.0 cm closer"):
+        assert f">{said}</span>" in card
+    bars = re.findall(r'class="ta-gain" style="position:absolute;left:([\d.]+)%;width:([\d.]+)%', card)
+    # 8 cm of ground, 2 of them behind where it began
+    assert np.array(bars, float) == pytest.approx(
+        np.array([[25, 75], [0, 25], [25, 0.1], [25, 37.5]]), abs=0.11
+    )
+
+
+def test_what_to_expect_comes_before_what_was_recorded(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(0)
+    assert evaluation.fitness is not None
+    robust = Robustness("", {}, {0: evaluation.fitness}, {0: {1: 0.43, 2: None, 3: 0.41}})
+    card = robot_card.render(small_reader.config, evaluation, "here", 0, robust)
+    assert "3.0 cm closer<small> ± 1.4</small>" in card
+    assert "mean of 2 trials under fresh noise; recorded" in card
+    elsewhere = robot_card.render(small_reader.config, small_reader.evaluation(1), "here", 0, robust)
+    assert "as it was evaluated" in elsewhere
+
+
+def test_the_verdict_names_the_material_and_what_is_wrong() -> None:
+    assert "can be built from &lt;x&gt;" in robot_card.render_verdict("<x>", ())
+    said = robot_card.render_verdict("tpu", ("It is <thin>.", "It breaks.", "It melts."))
+    assert "not from tpu: It is &lt;thin&gt;. And 2 more." in said
+    assert "It melts." in said
 
 
 def test_card_says_where_a_given_robot_is_from(small_reader: RunReader) -> None:
@@ -78,7 +115,7 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     assert {"far <", "bearing"} <= {t.text for t in svg.iter("text")}
     texts = [t.text for t in svg.iter("text")]
     assert sum(t == "0.5 Hz" for t in texts) == n_modules
-    assert {str(k + 1) for k in range(n_modules)} <= set(texts)
+    assert {str(k) for k in range(n_modules)} <= set(texts)
     enabled = [c for c in controller.connections if c.enabled]
     leading = set(outputs)
     while more := {c.source for c in enabled if c.target in leading} - leading:

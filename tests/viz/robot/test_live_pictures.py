@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import random
 import re
@@ -16,6 +17,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene
 from engine.storage.rows import Ancestor
+from engine.tasks.goal_reaching import GOAL_REACHING
 from viz.robot import lineage_list, servo_plot, tension_legend
 from viz.robot.geometry import full_tension
 from viz.robot.network_diagram import NetworkDiagram, sensed_line
@@ -61,7 +63,7 @@ def test_the_style_shows_what_the_servos_get(head_is_end: bool) -> None:
         assert classes.count(f"o{key}-{chosen}") == 1
         assert f".b{key}{{transform:scaleX({neurons[key]:.2f})}}" in style
     # the first pair of outputs drives the head
-    assert diagram.modules == ((4, 3, 2, 1) if head_is_end else (1, 2, 3, 4))
+    assert diagram.modules == ((3, 2, 1, 0) if head_is_end else (0, 1, 2, 3))
     assert diagram.style({}) == ""
     assert diagram.style(neurons) != diagram.style(diagram.network.neurons(np.array([1.0, 2.0])))
 
@@ -85,8 +87,19 @@ def test_a_network_that_nobody_could_read_is_not_drawn() -> None:
 
 
 def test_senses_are_told_by_name() -> None:
-    assert "&lt;far&gt; <b>1.50</b>" in sensed_line(("<far>",), [1.5])
-    assert "settles" in sensed_line(("far",), None)
+    task = dataclasses.replace(
+        GOAL_REACHING,
+        inputs=("<far>", "bearing", "light"),
+        units=(100.0, 1.0, 2.0),
+        relative_units=(),
+        sensed_in=("m", "rad", ""),
+    )
+    said = sensed_line(task, [44.51, -math.pi / 6, 1.5])
+    assert "&lt;far&gt; <b>44.5 cm</b> · bearing <b>-30°</b> · light <b>1.50</b>" in said
+    # a run whose sensors are relative senses other numbers, and means the same
+    relative = GOAL_REACHING.sensing("relative")
+    assert "distance <b>22.5 cm</b> · bearing <b>90°</b>" in sensed_line(relative, [0.5, 0.5])
+    assert "settles" in sensed_line(task, None)
 
 
 @given(st.floats(-5.0, 1e4), st.floats(-5.0, 0.0), st.floats(1.0, 60.0))
@@ -137,7 +150,7 @@ def test_a_lineage_says_what_changed_and_what_is_not_known() -> None:
     assert 'data-c="ancestor:1,207"' in text
     assert "5.0 cm" in text
     assert "+4.0" in text
-    assert "module 3 added · network mutated" in text
+    assert "module 2 added · network mutated" in text
     assert "random: 2 modules, stiffness 0.3" in text
     assert text.count('aria-current="true"') == 1
     given = Ancestor(3, None, 0, "given", 0.44, Morphology(3, (1, 2)), "breed-1.tsmr robot 12")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 
-from viz.runs.run_list import RunFacts, render_choices, render_chosen, render_list
+from viz.runs.run_list import RunFacts, arranged, render_choices, render_chosen, render_list
 
 
 class Buttons(HTMLParser):
@@ -64,3 +64,28 @@ def test_any_number_of_runs_can_be_chosen_but_none_with_a_problem() -> None:
         (True, False),
         (False, True),
     ]
+
+
+def test_a_list_of_many_runs_is_searched_and_sorted() -> None:
+    runs = [
+        ("b", RunFacts(task="squeezing", algorithm="dm-me", best=0.02, date="2026-11-03", state="finished")),
+        (
+            "a",
+            RunFacts(
+                task="goal-reaching", algorithm="dm-me", best=0.05, date="2026-11-01", note="the good one"
+            ),
+        ),
+        ("broken", RunFacts(problem="damaged")),
+        ("c", RunFacts(task="goal-reaching", algorithm="vie-neat", date="2026-11-09")),
+    ]
+
+    def labels(search: str = "", order: str = "name") -> list[str]:
+        return [label for label, _ in arranged(runs, search, order)]
+
+    assert labels() == labels(order="nonsense") == ["b", "a", "broken", "c"]
+    assert labels(order="best f_s") == ["a", "b", "broken", "c"]
+    assert labels(order="newest") == ["c", "b", "a", "broken"]
+    assert labels(order="task") == ["broken", "a", "c", "b"]
+    assert labels("GOOD one") == ["a"]
+    assert labels("dm-me finished") == ["b"]
+    assert "the good one</i>" in render_list(runs, None, "js()")

@@ -182,7 +182,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             f" the table under “Wiring” says for 0°, ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put"
             " the loop over the neck of the node's cap. Tie the servo's wire to rod 0, clear of the lines."
             + (
-                f" Glue {1000 * ballast:.1f} g of ballast to rod 0 beside the cap of node 1."
+                f" Glue {1000 * ballast:.1f} g of ballast to rod 0, its end at the sleeve of node 1's cap."
                 if ballast > 0
                 else ""
             ),
@@ -222,7 +222,7 @@ def _contraction(facts: Facts, width: float) -> Flowable:
                 f"{1000 * d.contracted:.1f}",
                 f"± {1000 * d.tolerance:.1f}",
             ]
-            for d in contraction(level)
+            for d in contraction(level, facts.built)
         ]
     header = ("modules", "between nodes", "at a0 (mm)", "at a180 (mm)", "may differ (mm)")
     return blocks.grid(header, rows, blocks.columns(width, 24, 19, 19, 19, 19), right=(2, 3, 4))

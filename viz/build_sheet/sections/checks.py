@@ -10,7 +10,7 @@ from engine.fabrication.dimensions import tolerances as tol
 from engine.fabrication.dimensions.cut_lists import cables
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.servo_parts import drum_errors
+from engine.fabrication.parts.servo_parts import drum_errors, line_tensions
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper
@@ -34,11 +34,12 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
     tension = max(c.pretension for c in every)
     one = [c for c in every if c.module == int(np.argmax(facts.morphology.stiffness_levels))]
     energy = sum(0.5 * c.stiffness * (c.assembled - c.rest) ** 2 for c in one)
+    pull = max(float(line_tensions(level).max()) for level in set(facts.morphology.stiffness_levels))
     return [
         f"<b>Wear eye protection</b> while cables are hooked in. Each cable pulls with up to {tension:.2f} N;"
         f" a finished module holds {energy:.2f} J in its cables, and a rod that slips out flies.",
         "Never let go of a rod that has only one end in the net. Do not bring a module near your face.",
-        f"Servos start without warning and pull up to {t.SERVO_MAX_TENSION:.2f} N per internal cable: keep"
+        f"Servos start without warning and pull up to {pull:.2f} N per internal cable: keep"
         " fingers out of the module while power is on, and have a switch in the supply that you can reach.",
         "If you use a battery instead of a supply: only one with protection against short circuit, never left"
         " alone while it charges, and disconnected during assembly.",

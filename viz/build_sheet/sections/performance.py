@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from reportlab.lib.colors import HexColor
@@ -17,6 +14,7 @@ from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.style import Paper, signed
+from viz.robot.head_paths import Ground, reach, wall_corners
 
 WALL = HexColor("#c9d3de")
 PLOT_HEIGHT = 290.0
@@ -43,7 +41,43 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         blocks.gap(3),
         blocks.note(_spread_note(facts)),
         *_paths(facts, paper),
+        *_differences(facts, paper.inner_width),
     ]
+
+
+def _differences(facts: Facts, width: float) -> list[Flowable]:
+    """Return what differs between the built and the simulated robot, and what each difference costs."""
+    twin, found = facts.twin, facts.as_built
+    if twin is None or found is None:
+        return []
+    costs = dict(found.costs)
+    rows = [
+        [
+            style.escaped(d.name),
+            style.escaped(d.simulated),
+            style.escaped("; ".join(part for part in (d.built, d.spread) if part)),
+            f"{d.origin}: {style.escaped(d.source)}",
+            signed(-100 * costs[d.key], 1) if d.key in costs else "",
+        ]
+        for d in sorted(twin.deviations, key=lambda d: -costs.get(d.key, -math.inf))
+    ]
+    header = ("what differs", "simulated", "built; spread", "known by", "alone (cm)")
+    n = len(found.robots.f_s)
+    return [
+        blocks.subheading("As it would be built"),
+        blocks.body(
+            f"Simulated {n} times, each time with another robot that is as inexact as tolerances allow:"
+            f" f<sub>s</sub> {_cm(found.robots.mean)} ± {_cm(found.robots.deviation)} cm (mean and standard"
+            f" deviation), a tenth of them below {_cm(found.worst)} cm; exactly as designed"
+            f" {_cm(found.nominal.mean)} cm; as evolved, under the same noise, {_cm(found.evolved.mean)} cm."
+            " The last column is what one difference alone changes."
+        ),
+        blocks.grid(header, rows, blocks.columns(width, 20, 20, 26, 24, 10), right=(4,)),
+    ]
+
+
+def _cm(length: float | None) -> str:
+    return "–" if length is None else signed(100 * length, 1)
 
 
 def _times(repeats: int) -> str:
@@ -53,20 +87,23 @@ def _times(repeats: int) -> str:
 def _targets(facts: Facts, width: float) -> Flowable:
     task = facts.task
     start = 100 * task.target_distance
-    rows = []
+    rows: list[list[str]] = []
+    reached = None if facts.as_built is None else facts.as_built.robots.distances
     for name, d in zip(task.target_names, 100 * facts.evaluation.distances, strict=True):
         gained = start - d
         spread = f"± {np.ptp(gained) / 2:.2f}" if len(d) > 1 else "one trial"
         trials = ", ".join(signed(x, 2) for x in gained)
-        rows.append([style.escaped(name), f"{d.mean():.2f}", signed(gained.mean(), 2), spread, trials])
+        built = "–" if reached is None else signed(start - 100 * reached[len(rows)], 1)
+        rows.append([style.escaped(name), f"{d.mean():.2f}", signed(gained.mean(), 2), spread, trials, built])
     header = (
         "target",
         f"{style.escaped(task.score_name)}, mean (cm)",
         "closer by (cm)",
         "spread over noise seeds (cm)",
         "closer by, each trial (cm)",
+        "closer by, as built (cm)",
     )
-    return blocks.grid(header, rows, blocks.columns(width, 18, 22, 16, 20, 24), right=(1, 2, 3))
+    return blocks.grid(header, rows, blocks.columns(width, 16, 19, 14, 18, 20, 13), right=(1, 2, 3, 5))
 
 
 def _spread_note(facts: Facts) -> str:
@@ -97,11 +134,15 @@ def _spread_note(facts: Facts) -> str:
 def _paths(facts: Facts, paper: Paper) -> list[Flowable]:
     recorded = facts.evaluation.trajectory
     text = (
-        "Paths of the head, seen from above, as recorded once a second"
+        "Paths of the head as built, seen from above, once a second"
+        if path_of(facts) is not recorded
+        else "Paths of the head, seen from above, as recorded once a second"
         if recorded.shape[1]
         else "Targets, seen from above. The run file was made smaller and does not hold the paths"
     )
     repeats = facts.config.trials.repeats
+    if facts.as_built is not None and path_of(facts) is not recorded:
+        repeats *= len(facts.as_built.robots.known)
     mean = f", mean of {repeats} trials" if repeats > 1 and recorded.shape[1] else ""
     # so that they and what is to be set up share a page
     height = 0.68 * PLOT_HEIGHT if _has_walls(facts) else PLOT_HEIGHT
@@ -155,6 +196,22 @@ def walls(facts: Facts, width: float) -> list[Flowable]:
     ]
 
 
+def _reached(facts: Facts) -> np.ndarray:
+    """Return the (targets,) distances in m that go with ``path_of``."""
+    built = None if facts.as_built is None else facts.as_built.robots.distances
+    recorded = path_of(facts) is facts.evaluation.trajectory
+    return facts.evaluation.distances.mean(axis=1) if recorded or built is None else built
+
+
+def path_of(facts: Facts) -> np.ndarray:
+    """Return the (targets, seconds, 2) paths to draw, in m: as built, or as recorded if that is not known."""
+    recorded = facts.evaluation.trajectory
+    if facts.as_built is None or not recorded.shape[1]:
+        return recorded
+    built = facts.as_built.robots.trajectory
+    return recorded if built is None else built
+
+
 def _has_walls(facts: Facts) -> bool:
     return any(not w.is_buried for world in worlds(facts.task, facts.morphology.n_modules) for w in world)
 
@@ -191,26 +248,14 @@ def _draw_plot(
     pen.canvas.saveState()
     pen.canvas.translate(*corner)
     offsets = 100 * target_offsets(facts.task)[targets]
-    path = 100 * facts.evaluation.trajectory.astype(float)[targets]
+    path = 100 * path_of(facts).astype(float)[targets]
     standing = [w for w in walls if not w.is_buried]
-    corners = [100 * _corners(w) for w in standing]
-    reach = np.concatenate([offsets if targets_too else offsets[:0], path.reshape(-1, 2), np.zeros((1, 2))])
-    border = 6.0 if targets_too else max(0.25, 0.08 * float(np.ptp(reach, axis=0).max()))
-    low, high = reach.min(axis=0) - border, reach.max(axis=0) + border
+    corners = [100 * wall_corners(w) for w in standing]
+    shown, border = reach(offsets, path, targets_too=targets_too)
     left, bottom = 30.0, 24.0
-    scale = min((width - left - 8) / (high[0] - low[0]), (height - bottom - 4) / (high[1] - low[1]))
-    # use the room that is left to show more of the ground
-    shown = np.array([width - left - 8, height - bottom - 4]) / scale
-    middle = (low + high) / 2
-    low, high = middle - shown / 2, middle + shown / 2
-
-    def at(point: np.ndarray | tuple[float, float]) -> tuple[float, float]:
-        x, y = np.array([left, bottom]) + scale * (np.asarray(point) - low)
-        return float(x), float(y)
-
-    steps = (m * 10.0**k for k in itertools.count(-1) for m in (1, 2, 5))
-    step = next(s for s in steps if s * scale >= 24)
-    _axes(pen, at, low, high, step)
+    ground = Ground.fitting(shown, border, (left, bottom), (width - left - 8, height - bottom - 4))
+    low, high, scale, at = ground.low, ground.high, ground.scale, ground.at
+    _axes(pen, ground)
     c = pen.canvas
     c.saveState()
     clip = c.beginPath()
@@ -235,7 +280,7 @@ def _draw_plot(
     c.restoreState()
     for k, target in enumerate(targets if targets_too else ()):
         x, y = at(offsets[k])
-        gained = 100 * (facts.task.target_distance - facts.evaluation.distances[target].mean())
+        gained = 100 * (facts.task.target_distance - _reached(facts)[target])
         name = f"{facts.task.target_names[target]}: {signed(gained, 1)} cm"
         inside = x < width - 100
         pen.text(
@@ -249,13 +294,11 @@ def _draw_plot(
     pen.canvas.restoreState()
 
 
-def _axes(
-    pen: Pen, at: Callable[[Any], tuple[float, float]], low: np.ndarray, high: np.ndarray, step: float
-) -> None:
+def _axes(pen: Pen, ground: Ground) -> None:
+    low, high, at, step = ground.low, ground.high, ground.at, ground.step(24)
     decimals = 0 if step >= 1 else 1
     for axis in (0, 1):
-        for count in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):
-            value = count * step
+        for value in ground.lines(axis, step):
             a, b = np.array(low), np.array(high)
             a[axis] = b[axis] = value
             pen.line(at(a), at(b), color=style.RULE, width=0.7 if value == 0 else 0.35)
@@ -269,11 +312,3 @@ def _axes(
     pen.text(at(low)[0] - 22, y, "left, y (cm)", align="centre", size=8, color=style.SOFT, upright=True)
     lower, upper = at(low), at(high)
     pen.box(lower[0], lower[1], upper[0] - lower[0], upper[1] - lower[1], stroke=style.SOFT)
-
-
-def _corners(wall: Wall) -> np.ndarray:
-    """Return the (4, 2) corners of a wall seen from above, in m."""
-    x, y = wall.half_size[:2]
-    c, s = math.cos(wall.yaw), math.sin(wall.yaw)
-    around = np.array([(x, y), (-x, y), (-x, -y), (x, -y)])
-    return np.array(wall.centre[:2]) + around @ np.array([[c, s], [-s, c]])

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import segno
 from reportlab.lib.colors import HexColor, white
 from reportlab.platypus import Flowable, Paragraph
 
 from engine.body import module as t
+from engine.fabrication.buildability import problems
+from engine.fabrication.materials import Materials
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import robot
 from viz.build_sheet.facts import Facts
@@ -20,19 +24,18 @@ VIEW_HEIGHT = 190.0
 SHADOW = HexColor("#e4e8ec")
 
 
-def pages(facts: Facts, paper: Paper) -> list[Flowable]:
+def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the first page."""
     width = paper.inner_width
     n = facts.morphology.n_modules
     summary = facts.task.summary or f"task {facts.task.name}"
     left: list[Flowable] = [
-        Paragraph(f"Robot {facts.robot_id}", style.TITLE),
+        Paragraph(style.escaped(f"{facts.name} of {facts.run_name}"), style.TITLE),
         blocks.gap(2),
         blocks.body(
             f"A soft robot of <b>{n} tensegrity modules</b> in a chain, {_grams(facts.mass)} g, evolved in"
-            f" simulation to {style.escaped(summary)}. This sheet and the folder that it came in say all that"
-            " is needed to build it. To steer to a target it needs something beside it that sees where it is"
-            " (see “What the controller does”)."
+            f" simulation to {style.escaped(summary)}. To steer to a target it needs something beside it that"
+            " sees where it is (see “What the controller does”)."
         ),
     ]
     qr = Picture(QR_SIZE, QR_SIZE, lambda pen: _draw_qr(pen, qr_text(facts)), "QR code")
@@ -41,7 +44,8 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     return [
         block,
         blocks.gap(4),
-        _identity(facts, width),
+        *verdict(facts, materials),
+        _identity(facts, materials, width),
         blocks.gap(4),
         view,
         _legend(width),
@@ -50,19 +54,46 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     ]
 
 
+def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
+    """Return whether the robot can be built and is worth it; in red if it is not."""
+    found: list[Flowable] = []
+    for problem in problems(facts.morphology, materials):
+        where = style.module_names(problem.modules)
+        cure = style.escaped(problem.proposals[0])
+        found.append(
+            blocks.warning(
+                f"<b>Cannot be built so</b> (modules {where}): {style.escaped(problem.text)} {cure}."
+            )
+        )
+    twin, scores = facts.twin, facts.as_built
+    if twin is not None and scores is not None:
+        names = {d.key: (d.name, d.remedy) for d in twin.deviations}
+        said = [style.escaped(s) for s in scores.sentences(names)]
+        said[0] = f"<b>{said[0]}</b>"
+        text = re.sub(r"(?<= )-(?=\d)", "−", " ".join(said))
+        found.append(blocks.body(text) if scores.worth_building else blocks.warning(text))
+    if not found or (scores is not None and scores.worth_building and len(found) == 1):
+        found.append(
+            blocks.body("This sheet and the folder that it came in say all that is needed to build it.")
+        )
+    return found
+
+
 def qr_text(facts: Facts) -> str:
     """Return what the QR code says: the robot's id, its run and cell, and its address in the explorer."""
-    return f"TensAtlas robot {facts.robot_id}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
+    robot = f"TensAtlas robot {facts.evaluation.solution.number}, id {facts.robot_id}"
+    return f"{robot}\nrun {facts.run_name}\n{facts.where}\n{facts.link}"
 
 
-def _identity(facts: Facts, width: float) -> Flowable:
+def _identity(facts: Facts, materials: Materials, width: float) -> Flowable:
     length, breadth, height = (100.0 * v for v in facts.size)
     where = facts.place.name if facts.place else "-"
     head = f"module {facts.head.module}"
     rows = [
+        ("Robot's id", facts.robot_id, "Made of", style.escaped(materials.name)),
         ("Run", style.escaped(facts.run_name), "Modules", f"{facts.morphology.n_modules}, numbered from 0"),
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
-        ("Evaluation no.", str(facts.evaluation.solution.number), "Cable stiffness", _stiffness(facts)),
+        ("Robot", facts.name, "Cable stiffness", _stiffness(facts)),
         (
             "Task",
             style.escaped(facts.task.name),

@@ -70,9 +70,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 ),
                 blocks.body(
                     f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable gives way"
-                    f" by 1 mm for every {t.SERVO_GAIN / 1000:.3f} N and pulls {t.SERVO_MAX_TENSION:.2f} N at"
-                    f" most. Hang {PULL:.0f} g on the piece: it must become"
-                    f" {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ± {100 * tolerances.STIFFNESS:.0f} %."
+                    f" by 1 mm for every {t.SERVO_GAIN / 1000:.3f} N, at every tension. Hang {PULL:.0f} g on"
+                    f" the piece: it must become {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer,"
+                    f" ± {100 * tolerances.STIFFNESS:.0f} %."
                     " Too much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
             ]

@@ -2,7 +2,7 @@
 
 One call moves simulations of robots of one size on, one per lane. A control update is
 
-1. what the head senses (``sensing``), unless Python has filled it in;
+1. what the head senses (``sensing``), unless Python has filled it in, and what of it the network is told;
 2. the network (``network``), unless the robot has settled only now or shows which end is its head;
 3. every module's command (``servos``) and the noise on every internal cable (``noise``);
 4. the time steps of the physics (``step``);
@@ -64,6 +64,25 @@ def _find_head(loop: Loop) -> None:
 
 
 @inlined
+def _tell(loop: Loop) -> None:
+    """Turn what is sensed into what the networks are told: late and with noise, where robots sense so."""
+    n = loop.networks.n_inputs
+    if loop.delay > 0:
+        since = loop.clock[0] - loop.rhythm.start
+        if since == 0:
+            for k in range(loop.delay * n):
+                store(loop.memory, k, load(loop.values, k % n))
+        first = since % loop.delay * n
+        for k in range(n):
+            now = load(loop.values, k)
+            store(loop.values, k, load(loop.memory, first + k))
+            store(loop.memory, first + k, now)
+    for k in range(len(loop.blur)):
+        draw = load(loop.draws, len(loop.draws) - len(loop.blur) + k)
+        store(loop.values, k, load(loop.values, k) + loop.blur[k] * draw)
+
+
+@inlined
 def _command(state: State, loop: Loop) -> None:
     """Set the commanded lengths of one control update."""
     if loop.drive == RELEASED:
@@ -71,13 +90,14 @@ def _command(state: State, loop: Loop) -> None:
             store(state.commanded, k, SLACK)
         return
     if loop.drive == CONTROLLER:
+        gaussians(loop.streams, loop.clock[0], loop.draws)
+        _tell(loop)
         activate(loop.networks, loop.values)
         choose(loop.servos, loop.networks, loop.values)
     turn(loop.servos, loop.clock[0] * loop.rhythm.period)
     command(loop.servos, state.commanded)
     if loop.drive == CONTROLLER:
-        gaussians(loop.streams, loop.clock[0], loop.draws)
-        for k in range(len(loop.draws)):
+        for k in range(len(state.commanded)):
             store(state.commanded, k, load(state.commanded, k) + load(loop.draws, k) * loop.noise)
 
 

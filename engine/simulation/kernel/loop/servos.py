@@ -13,7 +13,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from engine.body.servo import FREQUENCIES, PHASES, TARGET_LENGTHS
+from engine.body.servo import FREQUENCIES, PHASES
+from engine.simulation.built import Built
 from engine.simulation.kernel.lanes.compiling import inlined
 from engine.simulation.kernel.lanes.simd import (
     Integer,
@@ -53,6 +54,11 @@ class Servos(NamedTuple):
         n_frequencies, n_phases: how many of each there are to choose from.
         pair: (networks x modules,) which pair of a network's outputs drives a module.
         choice: (modules,) vectors of integers: the command that a module has.
+        step: by how much a servo turns at most in a control period, in degrees; 0 for as much as commanded.
+        dead_band: how far a servo may be from its command without moving, in degrees.
+        stands: (modules,) vectors: where the servos stand, in degrees; followed if one of the two is not 0.
+        errors: (modules x 5,) how much longer than commanded the internal cables are, in m; none if they are
+            not.
     """
 
     lengths: np.ndarray
@@ -64,16 +70,30 @@ class Servos(NamedTuple):
     n_phases: int
     pair: np.ndarray
     choice: np.ndarray
+    step: float
+    dead_band: float
+    stands: Reals
+    errors: np.ndarray
 
 
-def make_servos(pairs: Sequence[Sequence[int]], *, n_modules: int, width: int) -> Servos:
-    """Return the servos of robots whose modules are driven by these pairs of outputs, network by network."""
+def make_servos(
+    pairs: Sequence[Sequence[int]], built: Built, period: float, *, n_modules: int, width: int
+) -> Servos:
+    """Return the servos of robots whose modules are driven by these pairs of outputs, network by network.
+
+    Args:
+        pairs: network by network and module by module.
+        built: what the robots are like.
+        period: between two control updates, in s.
+        n_modules: of each robot.
+        width: of the vectors.
+    """
     assert N_COMMANDS % width == 0
     frequency, phase, angle = (reals(N_COMMANDS // width, width=width) for _ in range(3))
     by_lane(frequency).ravel()[:] = np.repeat(FREQUENCIES, len(PHASES))
     by_lane(phase).ravel()[:] = np.tile(PHASES, len(FREQUENCIES))
     return Servos(
-        TARGET_LENGTHS.copy(),
+        built.target_lengths().copy(),
         frequency,
         phase,
         angle,
@@ -82,6 +102,10 @@ def make_servos(pairs: Sequence[Sequence[int]], *, n_modules: int, width: int) -
         len(PHASES),
         np.array(pairs, np.int64).ravel(),
         integers(n_modules, width=width),
+        built.servo_rate * period,
+        built.dead_band,
+        reals(n_modules, width=width),
+        built.errors_of(n_modules).ravel() if built.line_errors else np.empty(0),
     )
 
 
@@ -139,11 +163,44 @@ def choose(servos: Servos, networks: Networks, values: Reals) -> None:
 
 
 @inlined
-def command(servos: Servos, commanded: Reals) -> None:
-    """Set the commanded lengths, (modules x 5,) vectors in m, to what was chosen."""
+def set_at_once(servos: Servos, commanded: Reals) -> None:
+    """Set the commanded lengths to what was chosen; every servo is there at once."""
     width = commanded.itemsize // 8
     for module in range(len(servos.choice)):
         for lane in range(width):
             k = load_lane(servos.choice, module, lane)
             for cable in range(INTERNAL):
                 store_lane(commanded, INTERNAL * module + cable, lane, servos.targets[k, cable])
+
+
+@inlined
+def follow(servos: Servos, commanded: Reals) -> None:
+    """Turn every servo towards what was chosen, and set the commanded lengths to where it stands."""
+    width = commanded.itemsize // 8
+    last = len(servos.lengths) - 2
+    for module in range(len(servos.choice)):
+        for lane in range(width):
+            k = load_lane(servos.choice, module, lane)
+            stands = load_lane(servos.stands, module, lane)
+            off = load_lane(servos.angle, k // width, k % width) - stands
+            if abs(off) > servos.dead_band:
+                if servos.step > 0.0:
+                    off = min(max(off, -servos.step), servos.step)
+                stands += off
+                store_lane(servos.stands, module, lane, stands)
+            below = min(int(stands), last)
+            part = stands - below
+            for cable in range(INTERNAL):
+                low, high = servos.lengths[below, cable], servos.lengths[below + 1, cable]
+                store_lane(commanded, INTERNAL * module + cable, lane, low * (1.0 - part) + high * part)
+
+
+@inlined
+def command(servos: Servos, commanded: Reals) -> None:
+    """Set the commanded lengths, (modules x 5,) vectors in m, to what was chosen."""
+    if servos.step > 0.0 or servos.dead_band > 0.0:
+        follow(servos, commanded)
+    else:
+        set_at_once(servos, commanded)
+    for k in range(len(servos.errors)):
+        store(commanded, k, load(commanded, k) + servos.errors[k])

@@ -52,8 +52,11 @@ class Loop(NamedTuple):
         values: their inputs and nodes' values.
         servos: the robots'.
         streams: (4,) vectors of integers: the lanes' noise.
-        draws: (modules x 5,) vectors to draw noise into.
+        draws: (modules x 5,) vectors to draw noise into, then one for every number of ``blur``.
         noise: standard deviation of the noise on a commanded length, in m.
+        delay: control updates that the networks are told their inputs late.
+        memory: (delay x inputs,) vectors: what was sensed in the last ones.
+        blur: (inputs,) standard deviations of the noise on what the networks are told; none if there is none.
         clock: (1,) control updates since the drop.
         failed_at: one vector of integers: control updates from the drop to a simulation's failure, or to the
             beginning of this loop if it had failed before; else 0.
@@ -70,6 +73,9 @@ class Loop(NamedTuple):
     streams: Integers
     draws: Reals
     noise: float
+    delay: int
+    memory: Reals
+    blur: np.ndarray
     clock: np.ndarray
     failed_at: Integers
     head: Reals
@@ -160,6 +166,7 @@ def make_loop(
     heads: Sequence[HeadOf],
     controllers: Sequence[Controller] | None = None,
     noise: Sequence[tuple[int, int, int, int]] | None = None,
+    blur: np.ndarray | None = None,
 ) -> Loop:
     """Return a loop that begins ``start`` control updates after the drop.
 
@@ -172,6 +179,7 @@ def make_loop(
         heads: per lane its robot's.
         controllers: per lane the one that drives it, if they do.
         noise: per lane its run's seed, its evaluation's number, its target and its repeat.
+        blur: (inputs,) standard deviations of the noise on what is sensed, in the networks' units.
     """
     n, width = model.n_modules, len(heads)
     networks, pairs = no_networks(width), []
@@ -182,18 +190,22 @@ def make_loop(
         networks = compile_networks([controllers[k] for k in firsts], lanes, 2 * n)
         # the first pair of outputs drives the head module
         pairs = [range(n)[::-1] if heads[k].is_end else range(n) for k in firsts]
+    built, period = physics.built, physics.control_period
+    delay = round(built.sensing_delay / period)
+    blur = np.empty(0) if blur is None or not blur.any() else blur
     return Loop(
         drive=drive,
-        rhythm=Rhythm(
-            physics.steps_per_control, physics.control_period, round(1.0 / physics.control_period), start
-        ),
+        rhythm=Rhythm(physics.steps_per_control, period, round(1.0 / period), start),
         scene=scene,
         networks=networks,
         values=reals(networks.n_inputs + len(networks.bias), width=width),
-        servos=make_servos(pairs, n_modules=n, width=width),
+        servos=make_servos(pairs, built, period, n_modules=n, width=width),
         streams=integers(4, width=width) if noise is None else streams(noise, width=width),
-        draws=reals(INTERNAL * n, width=width),
+        draws=reals(INTERNAL * n + len(blur), width=width),
         noise=physics.servo_noise,
+        delay=delay,
+        memory=reals(delay * networks.n_inputs, width=width),
+        blur=blur,
         clock=np.array([start]),
         failed_at=integers(1, width=width),
         head=reals(2, width=width),

@@ -28,6 +28,7 @@ from engine.simulation.kernel.robots.model import Model, model_of
 from engine.simulation.kernel.robots.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.threads import threaded
 from engine.simulation.physics import Physics
+from engine.simulation.senses import blur_of
 from engine.tasks import SQUEEZING_BY_DISTANCE, Task
 from engine.tasks.walls import Wall
 
@@ -129,6 +130,7 @@ class Trials:
                 heads=[start.head for start in of],
                 controllers=[start.controller for start in of],
                 noise=[noise[i] for i in of_lane],
+                blur=blur_of(task, physics.built),
             )
             begin(state, loop)
             forget(state)

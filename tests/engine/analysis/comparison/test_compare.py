@@ -117,7 +117,7 @@ def test_different_budgets_are_noted_and_can_be_made_equal(run_file):
     a, b = run_file("a", 1), run_file("b", 2, sizes=(20, 6))
     text = notes(a, b)
     assert "26 to 32 evaluations" in text
-    assert "--at 26" in text
+    assert "as it was at 26 evaluations" in text
     equal = compare_runs([a, b], at=26)
     assert equal.notes == ()
     assert {r.n_evaluations for r in equal.tasks[0].runs} == {26}

@@ -11,7 +11,7 @@ from engine.fabrication.parts import assembly
 from engine.fabrication.parts.assembly import robot_glb
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 
 
 def test_the_scene_is_the_robot_in_metres():

@@ -11,7 +11,7 @@ from engine.fabrication.parts.mesh_files import threemf_bytes
 from engine.fabrication.parts.printed_parts import printed_parts
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
 

@@ -16,7 +16,7 @@ from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, la
 from engine.fabrication.parts.net_files import rest_lines
 from engine.fabrication.parts.shapes import net_outline
 
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 PRINTER = MATERIALS.printer
 
 

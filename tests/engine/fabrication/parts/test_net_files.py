@@ -14,7 +14,7 @@ from engine.fabrication.parts.net import module_net
 from engine.fabrication.parts.net_files import SCALE_BAR, dxf_bytes, svg_bytes
 from engine.fabrication.parts.shapes import net_outline
 
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 PRINTER = MATERIALS.printer
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -14,7 +14,7 @@ from engine.fabrication.parts import solids
 from engine.fabrication.parts.assembly import servo_clearance
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 
 
 def test_the_drum_winds_the_strokes_of_the_simulated_table():
@@ -68,3 +68,11 @@ def test_the_servo_rods_centre_of_mass_is_told():
     assert f"lies {1e3 * far:.0f} mm off the simulated one" in line.explanation
     # the heavy servo lies on the quarter where its axis is
     assert np.sign(centre[1:]) == pytest.approx(np.sign(sp.SERVO_AXIS))
+
+
+def test_lines_without_a_limit_pull_more_and_a_servo_holds_them():
+    soft, stiff = (sp.line_tensions(level) for level in (1, 10))
+    assert stiff.max() > t.SERVO_MAX_TENSION > soft.max()
+    torque = sp.required_torque(MATERIALS.servo)
+    assert torque > 1e-3 * sp.groove_radii(MATERIALS.servo).sum() * t.SERVO_MAX_TENSION
+    assert torque < MATERIALS.servo.torque

@@ -10,7 +10,7 @@ from engine.fabrication.parts import shapes, solids
 from engine.fabrication.parts.printed_parts import printed_parts
 
 BODY = Morphology((3, 9), (1, 2))
-MATERIALS = load_materials()
+MATERIALS = load_materials("tpu-85a")
 
 
 def test_the_net_weighs_what_its_cables_and_rings_do():

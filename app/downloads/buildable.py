@@ -1,0 +1,34 @@
+"""Whether a robot can be built from a material, told before its files are made."""
+
+from __future__ import annotations
+
+import functools
+
+from engine.body.module import N_STIFFNESS_LEVELS
+from engine.body.morphology import Morphology
+from engine.errors import InvalidData
+from engine.fabrication.materials import PRESETS, load_materials
+
+
+def problems_of(body: Morphology, material: object) -> tuple[str, ...]:
+    """Return why a body cannot be made from a material: sentences, none if it can.
+
+    Takes a third of a second for every stiffness that it has not seen before.
+
+    Raises:
+        InvalidData: the material is not on offer.
+    """
+    if not isinstance(material, str) or material not in PRESETS:
+        raise InvalidData(f"Choose a material: {', '.join(PRESETS)}.")
+    found: list[str] = []
+    for level in sorted(set(body.stiffness_levels)):
+        found += _of_level(level, material)
+    return tuple(dict.fromkeys(found))
+
+
+@functools.lru_cache(maxsize=len(PRESETS) * N_STIFFNESS_LEVELS)
+def _of_level(level: int, material: str) -> tuple[str, ...]:
+    """Return the problems of modules of one stiffness, however many there are."""
+    from engine.fabrication.buildability import problems  # meshes take a second to import
+
+    return tuple(p.text for p in problems(Morphology(level, (1, 1)), load_materials(material)))

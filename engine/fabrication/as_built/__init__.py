@@ -1,0 +1,13 @@
+"""The robot as it would be built: how it differs from the simulated one, and its simulation with that.
+
+One description holds every difference, with its value, its spread and where these come from. The simulation
+takes it as ``simulation.built.Built`` and ``Spread``, whichever simulator is used. Read in this order:
+
+- ``deviations``: the description, from the materials and the design.
+- ``twin``: the description as a physics: all of it, its spread, or one difference alone.
+"""
+
+from engine.fabrication.as_built.deviations import Deviation, Origin, deviations
+from engine.fabrication.as_built.twin import Twin, search_physics, twin_of
+
+__all__ = ["Deviation", "Origin", "Twin", "deviations", "search_physics", "twin_of"]

@@ -1,0 +1,363 @@
+"""Every difference between a built robot and the simulated one: how large, how uncertain, and how one knows.
+
+``docs/as_built.md`` explains each of them. What is derived from the design is *computed*; what somebody
+entered in the materials file after a measurement is *measured*; all else is *assumed*, and says from where.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.cables import (
+    CAP_FRICTION,
+    CableDesign,
+    cable_design,
+    design_cables,
+    working_length,
+)
+from engine.fabrication.materials import Materials
+from engine.fabrication.parts.servo_parts import drum_errors, servo_rod_centre_of_mass
+
+TOLERANCE: Final = 2.0
+"""A tolerance of the sheet is this many standard deviations."""
+CAP_FRICTION_SPREAD: Final = 0.075
+"""Standard deviation of the friction of cables on their caps."""
+MODULUS_UNMEASURED: Final = 0.2
+"""Standard deviation of a modulus from a data sheet, in parts of it: batches, and how it was printed."""
+MODULUS_MEASURED: Final = 0.05
+"""The same after a pull test."""
+ELASTIC: Final = 0.15
+"""Standard deviation of the stiffness of the elastic in an internal cable, in parts of it."""
+BALLAST_LENGTH: Final = 0.012
+"""Length of the ballast along the servo rod, in m; it ends where the cap of node 1 begins."""
+SERVO_RATE: Final = 400.0
+"""How fast a 9 g servo turns, in degrees per second."""
+SERVO_RATE_SPREAD: Final = 0.15
+DEAD_PULSE: Final = 10.0
+"""By how much a servo's pulse may change before it moves, in microseconds."""
+DELAY: Final = 0.10
+DELAY_SPREAD: Final = 0.03
+"""Of camera, marker search and serial line, in s."""
+POSITION_NOISE: Final = 0.003
+"""Of a marker's place seen by a camera above the arena, in m."""
+HEADING_NOISE: Final = 2.0
+"""Of a marker's direction, in degrees."""
+NOISE_SPREAD: Final = 0.5
+FRICTION_SPREAD: Final = 0.15
+"""Standard deviation of the friction of the floor, in parts of the coefficient."""
+
+
+class Origin(enum.StrEnum):
+    """How a difference is known."""
+
+    COMPUTED = "computed"
+    """From the design and the materials."""
+    MEASURED = "measured"
+    """Somebody measured it and entered it in the materials file."""
+    ASSUMED = "assumed"
+    """From a data sheet, or by us."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Deviation:
+    """One difference between a built robot and the simulated one.
+
+    Attributes:
+        key: its short name, for tables and files.
+        name: what it is, for people.
+        simulated, built: the value there and here, for people, with units.
+        spread: how robots differ from each other, for people; empty if they do not.
+        origin: how the value is known.
+        source: where from.
+        remedy: what would make it smaller.
+        figures: fields of ``simulation.built.Built`` and their values.
+        scatter: fields of ``simulation.built.Spread`` and their values.
+    """
+
+    key: str
+    name: str
+    simulated: str
+    built: str
+    spread: str
+    origin: Origin
+    source: str
+    remedy: str
+    figures: dict[str, Any] = dataclasses.field(default_factory=dict)
+    scatter: dict[str, float] = dataclasses.field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON-ready values."""
+        return dataclasses.asdict(self) | {"origin": str(self.origin)}
+
+
+def deviations(
+    morphology: Morphology, materials: Materials, levels: Iterable[int] | None = None
+) -> tuple[Deviation, ...]:
+    """Return every difference between a robot as built of some materials and as simulated.
+
+    Args:
+        morphology: its body.
+        materials: what it is built from.
+        levels: stiffness levels for which the figures hold; by default the body's own. A search needs all,
+            and takes masses and centre of mass of a typical body for those of every other.
+    """
+    wanted = sorted(set(morphology.stiffness_levels if levels is None else levels))
+    makers: Sequence[Callable[[Morphology, Materials], Deviation]] = (
+        _masses,
+        _centre_of_mass,
+        lambda _, materials: _cables(wanted, materials),
+        _rest_length,
+        _line_elastic,
+        _line_limit,
+        _line_lengths,
+        _winding,
+        _servo,
+        _sensing,
+        _friction,
+    )
+    return tuple(make(morphology, materials) for make in makers)
+
+
+def friction_spread(design: CableDesign, materials: Materials) -> float:
+    """Return the standard deviation of a cable's stiffness by the friction over its caps, in parts of it."""
+    more, less = (
+        working_length(design.tail, materials.cable, CAP_FRICTION + sign * CAP_FRICTION_SPREAD)
+        for sign in (1, -1)
+    )
+    return abs(less - more) / (2 * design.working)
+
+
+def _masses(morphology: Morphology, materials: Materials) -> Deviation:
+    plain, heavy = _rod_masses(morphology, materials)
+    return Deviation(
+        key="mass",
+        name="masses",
+        simulated=f"{_g(t.ROD_MASS)} per plain rod, {_g(t.SERVO_ROD_MASS)} with servo",
+        built=f"{_g(plain)} and {_g(heavy)}, with caps, cables and links",
+        spread=f"± {50 * tolerances.MASS:.0f} %",
+        origin=Origin.COMPUTED,
+        source="bill of materials",
+        remedy="lighter caps or cables, or ballast where the module is too light",
+        figures={"plain_rod_mass": plain, "servo_rod_mass": heavy},
+        scatter={"mass": tolerances.MASS / TOLERANCE},
+    )
+
+
+def _rod_masses(morphology: Morphology, materials: Materials) -> tuple[float, float]:
+    """Return the masses in kg of a plain and of a servo rod, with what hangs on them.
+
+    Passive cables and links hang on all rods alike, the internal cables on the servo rod.
+    """
+    groups: dict[str, float] = {}
+    for part in parts(morphology, materials):
+        groups[part.group] = groups.get(part.group, 0.0) + part.quantity * part.mass
+    n, rods = morphology.n_modules, len(t.RODS)
+    shared = (groups["passive cables"] + groups.get("links", 0.0)) / (n * rods)
+    plain = groups["plain rods"] / (n * (rods - 1)) + shared
+    return plain, (groups["servo rod"] + groups["internal cables"]) / n + shared
+
+
+def _centre_of_mass(morphology: Morphology, materials: Materials) -> Deviation:
+    middle = built_centre_of_mass(morphology, materials)
+    off = float(np.linalg.norm(middle - np.array(t.SERVO_ROD_CENTRE_OF_MASS)))
+    x, y, z = (1e3 * v for v in middle)
+    return Deviation(
+        key="centre_of_mass",
+        name="servo rod's centre of mass",
+        simulated=f"{1e3 * t.SERVO_ROD_CENTRE_OF_MASS[0]:.1f} mm inwards of the rod's middle",
+        built=f"{x:.1f} mm inwards, {y:.1f} mm along, {z:.1f} mm aside: {1e3 * off:.0f} mm off",
+        spread="± 1 mm each way",
+        origin=Origin.COMPUTED,
+        source="solids of servo, mount and drum",
+        remedy="evolve with --as-built, whose bodies have the centre of mass that the design has",
+        figures={"centre_of_mass": tuple(map(float, middle))},
+        scatter={"centre_of_mass": 0.001},
+    )
+
+
+def built_centre_of_mass(morphology: Morphology, materials: Materials) -> np.ndarray:
+    """Return (3,) the centre of mass of a servo rod with its ballast, in m, in the rod's frame."""
+    listed = parts(morphology, materials)
+    n = morphology.n_modules
+    ballast = sum(p.mass for p in listed if p.name == "ballast")
+    rod = sum(
+        p.quantity * p.mass
+        for p in listed
+        if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
+    )
+    bare = servo_rod_centre_of_mass(materials, rod / n)
+    total = sum(p.quantity * p.mass for p in listed if p.group == "servo rod") / n
+    tail = float(np.mean([d.tail for d in design_cables(morphology, materials)]))
+    at = np.array([0.0, (t.ROD_LENGTH - BALLAST_LENGTH) / 2 - tail, 0.0])
+    return np.asarray(((total - ballast) * bare + ballast * at) / total)
+
+
+def _cables(levels: Sequence[int], materials: Materials) -> Deviation:
+    designs = {level: cable_design(level, materials) for level in levels}
+    factors = [1.0] * t.N_STIFFNESS_LEVELS
+    for level, d in designs.items():
+        factors[level - 1] = d.stiffness_made / _wanted(d)
+    own = sorted({f"{factors[level - 1]:.2f}" for level in levels})
+    built = f"{' to '.join((own[0], own[-1]) if len(own) > 1 else own)} times that"
+    if not all(d.producible for d in designs.values()):
+        built += ": the section asked for cannot be made"
+    if not all(d.springs_back for d in designs.values()):
+        built += ": it is strained beyond what it springs back from"
+    material = MODULUS_MEASURED if materials.pull_test else MODULUS_UNMEASURED
+    slides = max(friction_spread(d, materials) for d in designs.values())
+    module = math.hypot(tolerances.STIFFNESS / TOLERANCE, slides)
+    guess = f"modulus of {materials.name}: {materials.cable.source or 'no source named'}"
+    return Deviation(
+        key="cables",
+        name="stiffness of the passive cables",
+        simulated=", ".join(f"{t.stiffness_n_per_m(level / 10):.1f}" for level in levels) + " N/m",
+        built=built,
+        spread=f"± {100 * material:.0f} % all alike, ± {100 * module:.0f} % by module",
+        origin=Origin.MEASURED if materials.pull_test else Origin.ASSUMED,
+        source="pull test" if materials.pull_test else guess,
+        remedy="a pull test, entered in the materials file, and exporting again; or another material",
+        figures={"stiffness": tuple(factors)},
+        scatter={"stiffness": material, "module_stiffness": module},
+    )
+
+
+def _wanted(design: CableDesign) -> float:
+    """Return the simulated stiffness of a cable in N/m: a measured ``k_ref`` is no reason for another."""
+    return t.stiffness_n_per_m(design.level / t.N_STIFFNESS_LEVELS)
+
+
+def _rest_length(morphology: Morphology, materials: Materials) -> Deviation:
+    rest = cable_design(morphology.stiffness_levels[0], materials).rest
+    return Deviation(
+        key="rest_length",
+        name="rest length of the passive cables",
+        simulated=f"{1e3 * t.CABLE_REST_LENGTH:.2f} mm",
+        built=f"{1e3 * rest:.2f} mm",
+        spread=f"± {1e3 * tolerances.REST / TOLERANCE:.2f} mm",
+        origin=Origin.ASSUMED,
+        source="half the sheet's tolerance",
+        remedy="caps and nets within the tolerance",
+        figures={"rest_length": rest},
+        scatter={"rest_length": tolerances.REST / TOLERANCE},
+    )
+
+
+def _line_elastic(_morphology: Morphology, materials: Materials) -> Deviation:
+    return Deviation(
+        key="line_elastic",
+        name="elastic of the internal cables",
+        simulated=f"{t.SERVO_GAIN:g} N/m",
+        built=f"{t.SERVO_GAIN:g} N/m",
+        spread=f"± {100 * ELASTIC:.0f} %",
+        origin=Origin.ASSUMED,
+        source=materials.line.elastic,
+        remedy="choose the elastic by hanging a mass on it",
+        scatter={"line_stiffness": ELASTIC},
+    )
+
+
+def _line_limit(_morphology: Morphology, _materials: Materials) -> Deviation:
+    return Deviation(
+        key="line_limit",
+        name="largest tension of an internal cable",
+        simulated=f"{t.SERVO_MAX_TENSION:g} N",
+        built="none: nothing slips",
+        spread="",
+        origin=Origin.COMPUTED,
+        source="a line with an elastic in it has no limit",
+        remedy="a slip limiter, or evolve with --as-built",
+        figures={"line_limit": 0.0},
+    )
+
+
+def _line_lengths(_morphology: Morphology, _materials: Materials) -> Deviation:
+    return Deviation(
+        key="line_lengths",
+        name="length of each internal cable",
+        simulated="as the servo table says",
+        built="as the servo table says at both ends",
+        spread=f"± {1e3 * tolerances.INTERNAL_CABLE / TOLERANCE:.2f} mm",
+        origin=Origin.ASSUMED,
+        source="half the sheet's tolerance",
+        remedy="tie the lines by the table, servo at 0°",
+        scatter={"line_errors": tolerances.INTERNAL_CABLE / TOLERANCE},
+    )
+
+
+def _winding(_morphology: Morphology, materials: Materials) -> Deviation:
+    return Deviation(
+        key="winding",
+        name="how the drum winds",
+        simulated="the published table",
+        built=f"evenly: up to {max(drum_errors(materials.servo)):.1f} mm off in between",
+        spread=f"± {tolerances.TRAVEL / TOLERANCE:.1f}° of travel",
+        origin=Origin.COMPUTED,
+        source="radii of the drum's grooves",
+        remedy="evolve with --as-built",
+        figures={"winding": "even"},
+        scatter={"travel": tolerances.TRAVEL / TOLERANCE},
+    )
+
+
+def _servo(_morphology: Morphology, materials: Materials) -> Deviation:
+    motor = materials.servo
+    dead = motor.travel * DEAD_PULSE / (motor.pulse_max - motor.pulse_min)
+    return Deviation(
+        key="servo",
+        name="rate and dead band of the servos",
+        simulated="at once, exactly",
+        built=f"{SERVO_RATE:.0f}° per second at most, still within {dead:.1f}°",
+        spread=f"± {100 * SERVO_RATE_SPREAD:.0f} % of the rate",
+        origin=Origin.ASSUMED,
+        source="data sheets of the SG90: 0.10 to 0.12 s for 60° without load, dead band 5 to 10 µs",
+        remedy="a digital servo",
+        figures={"servo_rate": SERVO_RATE, "dead_band": dead},
+        scatter={"servo_rate": SERVO_RATE_SPREAD},
+    )
+
+
+def _sensing(_morphology: Morphology, _materials: Materials) -> Deviation:
+    return Deviation(
+        key="sensing",
+        name="delay and noise of the camera",
+        simulated="at once, exactly",
+        built=f"{DELAY:g} s late; {1e3 * POSITION_NOISE:g} mm and {HEADING_NOISE:g}° of noise",
+        spread=f"± {DELAY_SPREAD:g} s; half of the noise",
+        origin=Origin.ASSUMED,
+        source="camera at 30 pictures a second, printed marker, serial line",
+        remedy="a faster camera",
+        figures={
+            "sensing_delay": DELAY,
+            "position_noise": POSITION_NOISE,
+            "heading_noise": HEADING_NOISE,
+        },
+        scatter={"sensing_delay": DELAY_SPREAD, "sensing_noise": NOISE_SPREAD},
+    )
+
+
+def _friction(_morphology: Morphology, _materials: Materials) -> Deviation:
+    return Deviation(
+        key="friction",
+        name="friction of the floor",
+        simulated="as in the run",
+        built="as in the run: choose the floor by it",
+        spread=f"± {100 * FRICTION_SPREAD:.0f} %",
+        origin=Origin.ASSUMED,
+        source="a floor found by the sheet's tilting test",
+        remedy="paper or cloth on the floor, chosen by the tilting test",
+        scatter={"friction": FRICTION_SPREAD},
+    )
+
+
+def _g(kilograms: float) -> str:
+    return f"{1e3 * kilograms:.2f} g"

@@ -1,0 +1,102 @@
+"""The description of a built robot as a physics to simulate it with."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.as_built.deviations import Deviation, deviations
+from engine.fabrication.materials import Materials
+from engine.simulation.built import Built, Spread
+from engine.simulation.physics import Physics, as_built, one_of
+
+TYPICAL: Final = Morphology(t.N_STIFFNESS_LEVELS // 2, (1,) * 5)
+"""The body whose masses stand for those of all that a search tries: they differ by a few percent."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Twin:
+    """A robot as it would be built.
+
+    Attributes:
+        physics: of the run, whose robots may be as built themselves.
+        deviations: how the built robot differs from the published one.
+    """
+
+    physics: Physics
+    deviations: tuple[Deviation, ...]
+
+    @property
+    def built(self) -> Built:
+        """What the robot is like."""
+        figures: dict[str, Any] = {}
+        for d in self.deviations:
+            figures |= d.figures
+        return Built(**figures)
+
+    @property
+    def spread(self) -> Spread:
+        """How robots of the design differ."""
+        scatter: dict[str, float] = {}
+        for d in self.deviations:
+            scatter |= d.scatter
+        return Spread(**scatter)
+
+    @property
+    def nominal(self) -> Physics:
+        """The physics of the design, without spread."""
+        return as_built(self.physics, self.built)
+
+    @property
+    def varied(self) -> Physics:
+        """The physics of the design with its spread, for a search: each repeat has another robot."""
+        return as_built(self.physics, self.built, self.spread)
+
+    def samples(self, n: int) -> list[Physics]:
+        """Return the physics of the first n robots of the design; more of them begin with the same ones."""
+        varied = dataclasses.replace(self.varied, timestep=self.physics.timestep)
+        return [one_of(varied, (k,)) for k in range(n)]
+
+    def alone(self) -> Mapping[str, Physics]:
+        """Return by key the physics with one difference alone, of those that the design has."""
+        return {
+            d.key: as_built(self.physics, dataclasses.replace(self.physics.built, **d.figures))
+            for d in self.deviations
+            if dataclasses.replace(self.physics.built, **d.figures) != self.physics.built
+        }
+
+
+def twin_of(
+    physics: Physics, morphology: Morphology, materials: Materials, levels: Iterable[int] | None = None
+) -> Twin:
+    """Return the twin of a robot.
+
+    Args:
+        physics: of its run.
+        morphology: its body.
+        materials: what it is built from.
+        levels: stiffness levels for which it holds, see ``deviations``.
+
+    Raises:
+        InvalidData: the materials give a robot that cannot be, such as one with a negative mass.
+    """
+    described = tuple(
+        d if d.key != "friction" else dataclasses.replace(d, simulated=f"coefficient {physics.friction:g}")
+        for d in deviations(morphology, materials, levels)
+    )
+    return Twin(physics=dataclasses.replace(physics, spread=Spread()), deviations=described)
+
+
+def search_physics(physics: Physics, materials: Materials, *, spread: bool) -> Physics:
+    """Return the physics to search with for robots that are to be built.
+
+    Args:
+        physics: of the run.
+        materials: what its robots will be built from.
+        spread: whether every repeat of an evaluation has another robot of the design.
+    """
+    twin = twin_of(physics, TYPICAL, materials, levels=range(1, t.N_STIFFNESS_LEVELS + 1))
+    return twin.varied if spread else twin.nominal

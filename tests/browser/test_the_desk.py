@@ -1,0 +1,106 @@
+"""Everything in its place: the bar, its windows, the slim replay, at three sizes; nothing is cut off."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, FilePayload, Page, expect
+
+from tests.support.widgets import field_of, press, unfold
+
+pytestmark = pytest.mark.browser
+Visit = Callable[[str], Page]
+FILLED = 'svg.ta-map[data-map=morphology] g[data-filled="1"]'
+CUT = """() => {
+  const shown = e => e.checkVisibility() && e.getBoundingClientRect().width > 0;
+  const cut = e => { const r = e.getBoundingClientRect(); return r.left < -1 || r.right > innerWidth + 1 };
+  return [...document.querySelectorAll('button, input, .ta-bar *, svg.ta-map, .ta-card')]
+    .filter(e => shown(e) && cut(e)).map(e => e.outerHTML.slice(0, 90));
+}"""
+"""What is on the page and reaches beyond its left or right edge."""
+
+
+def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, tmp_path: Path) -> None:
+    page = visit(address)
+    page.locator(FILLED).first.click(force=True, no_wait_after=True)
+    card = page.locator(".ta-card")
+    expect(card).to_be_visible()
+    number = re.search(r"Robot (\d+)", card.inner_text())[1]
+    expect(page).to_have_title(f"TensAtlas · robot {number} of small")
+
+    # the scene has half of the window, and what is needed seldom is folded away
+    scene = page.locator("canvas[data-engine]").bounding_box()
+    assert scene is not None
+    assert scene["width"] >= 640
+    expect(page.get_by_role("button", name="Draw")).to_be_hidden()
+    unfold(page)
+    expect(page.get_by_role("button", name="Draw")).to_be_visible()
+    unfold(page)
+    expect(page.get_by_role("button", name="Draw")).to_be_hidden()
+    expect(page.locator(".tabler-icon-adjustments")).to_be_hidden()  # viser's own settings
+
+    # a moment beyond the end is the end, also in the field
+    expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
+    time = field_of(page, "Time")
+    time.fill("99")
+    time.press("Enter")
+    expect(time).to_have_value("2")
+
+    # one window at a time
+    expect(page.get_by_role("button", name="Start", exact=True)).to_have_count(0)
+    press(page, "New run")
+    expect(page.get_by_role("button", name="Start", exact=True)).to_be_visible()
+    press(page, "Take along")
+    expect(page.get_by_role("button", name="Add to basket")).to_be_visible()
+    expect(page.get_by_role("button", name="Start", exact=True)).to_have_count(0)
+    press(page, "Take along")
+    expect(page.get_by_role("button", name="Add to basket")).to_have_count(0)
+
+    # a picture of the scene that is not empty
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Save a picture of the scene").click()
+    assert waiting.value.suggested_filename == f"TensAtlas-robot-{number}-of-small.png"
+    with Image.open(waiting.value.path()) as picture:
+        assert picture.width == scene["width"]
+        assert len(picture.getcolors(maxcolors=1 << 20) or ()) > 100
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_role("button", name="Copy the address of what you see").click()
+    expect(page.locator(".ta-done")).to_be_visible()
+    assert page.evaluate("navigator.clipboard.readText()") == page.url
+
+    # light stays light
+    page.get_by_role("button", name="Light or dark").click()
+    light = page.locator('html[data-mantine-color-scheme="light"]')
+    expect(light).to_be_attached()
+    page.reload()
+    expect(card).to_be_visible()
+    expect(light).to_be_attached()
+
+    # what is no run is refused, and nothing calls it a success
+    page.locator(".ta-run").click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Upload a run").click()
+    chooser.value.set_files(FilePayload(name="bad.tsmr", mimeType="", buffer=b"a,b\n1,2\n"))
+    expect(page.get_by_text("is not a TensAtlas run file")).to_be_visible()
+    expect(page.get_by_text("uploaded successfully")).to_be_hidden()
+
+
+@pytest.mark.parametrize("size", [(1600, 900), (1280, 720), (390, 844)], ids=lambda s: f"{s[0]}")
+def test_nothing_reaches_beyond_the_window(address: str, chromium: Browser, size: tuple[int, int]) -> None:
+    context = chromium.new_context(viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce")
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(address)
+    page.locator(FILLED).first.click(force=True, no_wait_after=True)
+    expect(page.locator(".ta-card")).to_be_visible()
+    unfold(page)
+    assert page.evaluate(CUT) == []
+    for window in ("Run", "New run", "Compare", "Side by side", "Take along"):
+        press(page, window)
+        page.wait_for_timeout(300)
+        assert page.evaluate(CUT) == [], window
+    context.close()

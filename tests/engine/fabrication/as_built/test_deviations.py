@@ -1,0 +1,117 @@
+"""How a built robot differs from the simulated one, worked out from its design."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from engine.body import module as t
+from engine.body.morphology import Morphology
+from engine.fabrication.as_built import Origin, deviations, twin_of
+from engine.fabrication.as_built.deviations import built_centre_of_mass, friction_spread
+from engine.fabrication.dimensions.cables import cable_design
+from engine.fabrication.mass_balance import mass_balance
+from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
+from engine.simulation.built import Built, Spread
+from engine.simulation.physics import Physics, check_timestep
+
+BODY = Morphology(5, (1, 8, 3))
+PULL_TEST = """
+[pull_test]
+length_mm = 60
+area_mm2 = 1.6
+force_n = 9.6
+extension_mm = 30
+max_strain_percent = 65
+"""
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_twin_weighs_what_the_parts_weigh(preset: str) -> None:
+    materials = load_materials(preset)
+    built = twin_of(Physics(), BODY, materials).built
+    module = 5 * built.plain_rod_mass + built.servo_rod_mass
+    assert BODY.n_modules * module == pytest.approx(mass_balance(BODY, materials).built)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_every_difference_says_how_it_is_known(preset: str) -> None:
+    found = deviations(BODY, load_materials(preset))
+    assert len({d.key for d in found}) == len(found)
+    for d in found:
+        assert d.source
+        assert d.remedy
+        assert d.figures or d.scatter
+    fields = [name for d in found for name in (*d.figures, *d.scatter)]
+    known = {f.name for f in (*dataclasses.fields(Built), *dataclasses.fields(Spread))}
+    assert set(fields) <= known
+    check_timestep(twin_of(Physics(), BODY, load_materials(preset)).nominal)
+
+
+def test_a_measurement_is_named_and_narrows_the_spread() -> None:
+    guessed = twin_of(Physics(), BODY, load_materials("tpu-85a"))
+    measured = twin_of(Physics(), BODY, parse_materials(preset_text("tpu-85a") + PULL_TEST, file="mine"))
+    origins = [next(d.origin for d in twin.deviations if d.key == "cables") for twin in (guessed, measured)]
+    assert origins == [Origin.ASSUMED, Origin.MEASURED]
+    assert measured.spread.stiffness < guessed.spread.stiffness
+
+
+def test_ballast_draws_the_centre_of_mass_to_its_end() -> None:
+    heavy = load_materials("tpu-85a")
+    light = dataclasses.replace(heavy, servo=dataclasses.replace(heavy.servo, mass=0.006))
+    along = [built_centre_of_mass(BODY, m)[1] for m in (heavy, light)]
+    assert along[0] < -0.01
+    assert along[1] > along[0] + 0.002
+
+
+def test_cables_that_can_be_made_have_the_simulated_stiffness() -> None:
+    latex = twin_of(Physics(), BODY, load_materials("latex-cord"), levels=range(1, 11)).built
+    assert latex.stiffness == pytest.approx((1.0,) * 10, abs=0.01)
+    # too soft for a nozzle of 0.4 mm
+    printed = twin_of(Physics(), Morphology(1, (1, 8)), load_materials("tpu-85a")).built
+    assert printed.stiffness[0] > 1.5
+
+
+def test_friction_over_the_caps_counts_for_long_tails() -> None:
+    materials = load_materials("latex-cord")
+    short, long = (dataclasses.replace(cable_design(5, materials), tail=tail) for tail in (0.0, 0.02))
+    assert friction_spread(short, materials) == 0.0
+    assert 0.03 < friction_spread(long, materials) < 0.2
+
+
+def test_a_twin_for_a_search_has_every_level() -> None:
+    twin = twin_of(Physics(), BODY, load_materials("silicone-cord"), levels=range(1, 11))
+    assert sum(f != 1.0 for f in twin.built.stiffness) > 3
+    own = twin_of(Physics(), BODY, load_materials("tpu-85a")).built.stiffness
+    assert own[:4] + own[5:] == (1.0,) * 9
+
+
+def test_one_difference_alone_is_nothing_else() -> None:
+    twin = twin_of(Physics(), BODY, load_materials("tpu-85a"))
+    alone = twin.alone()
+    assert alone["line_limit"].built == Built(line_limit=0.0)
+    assert alone["winding"].built == Built(winding="even")
+    assert "rest_length" not in alone
+    assert "friction" not in alone
+    # nothing is left that costs anything where robots were evolved as built
+    assert twin_of(twin.nominal, BODY, load_materials("tpu-85a")).alone() == {}
+
+
+def test_samples_differ_and_begin_alike() -> None:
+    twin = twin_of(Physics(), BODY, load_materials("tpu-85a"))
+    few, many = twin.samples(3), twin.samples(5)
+    assert many[:3] == few
+    assert len({p.friction for p in many}) == 5
+    off = [np.subtract(p.built.centre_of_mass, twin.built.centre_of_mass) for p in many]
+    assert np.abs(off).max() < 0.0031
+    assert {p.built.winding for p in many} == {"even"}
+
+
+def test_the_simulated_stiffness_is_the_yardstick_of_a_measured_one() -> None:
+    text = preset_text("latex-cord").replace("max_tail_mm", "k_ref_n_per_m = 57.6\nmax_tail_mm")
+    built = twin_of(Physics(), BODY, parse_materials(text, file="mine")).built
+    half = cable_design(5, parse_materials(text, file="mine"))
+    assert half.stiffness == pytest.approx(t.stiffness_n_per_m(0.25))
+    assert built.stiffness[4] < 0.9
