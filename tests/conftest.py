@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +14,19 @@ from engine.runs import evolve as run
 from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
 from tests.support.grid_run import write_grid_run
+
+_MEMORY = Path("/dev/shm")
+_ENOUGH = 2 * 2**30
+
+
+def pytest_configure() -> None:
+    """Let tests have their files in memory where there is enough.
+
+    A run is on the disk after every generation, whatever happens to the computer; waiting for that takes half
+    of the time of a test that makes one, and no test can see it.
+    """
+    if _MEMORY.is_dir() and os.access(_MEMORY, os.W_OK) and shutil.disk_usage(_MEMORY).free > _ENOUGH:
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(_MEMORY))
 
 
 @pytest.fixture(scope="session")

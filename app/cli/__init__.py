@@ -11,7 +11,7 @@ Read in this order:
 - ``evolve``: one run: ``evolve``, ``resume``, and the configuration's flags. ``campaign``: many runs.
 - ``info``: what a run file holds. ``tables``: its elites in another form: ``table``, ``project``.
 - ``compare``: a report of runs. ``verify``: an elite simulated again. ``reevaluate``: all elites again.
-- ``export``: a robot as a folder. ``record``: a replay as a file.
+- ``export``: a robot as a folder. ``record``: replays as files: ``record``, ``page``.
 - ``doctor``: checks an installation and run files. ``repair``: ``recover``, ``migrate``, ``slim``.
 - ``progress``: what a terminal shows while a command works.
 """

@@ -22,7 +22,7 @@ from app.cli.evolve import CONFIG_FLAGS, Evolve, Resume
 from app.cli.explore import Explore, ReplayDump
 from app.cli.export import Export
 from app.cli.info import Info
-from app.cli.record import Record
+from app.cli.record import Page, Record
 from app.cli.reevaluate import Reevaluate
 from app.cli.repair import Migrate, Recover, Slim
 from app.cli.tables import Project, Table
@@ -56,6 +56,7 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
     Info,
     Export,
     Record,
+    Page,
     ReplayDump,
     Verify,
     Reevaluate,

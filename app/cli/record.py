@@ -1,9 +1,10 @@
-"""The command ``record``: the replay of one robot as a file."""
+"""Replays as files: ``record`` one robot's, ``page`` those of all elites of a run."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -12,6 +13,7 @@ import tyro
 from rich.console import Console
 
 from app.cli.progress import counting
+from app.worker_flags import check_workers
 from engine.errors import ExportError, InvalidData, as_typed, printable
 from engine.files import write_files
 from engine.search.archive import parse_cell
@@ -128,3 +130,42 @@ class Record:
                 look=ReplayLook(light=self.light),
                 progress=progress,
             )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Page:
+    """Write a run as one HTML file that opens without a server: its maps, and every elite that crawls."""
+
+    path: tyro.conf.Positional[Path]
+    """Run file."""
+    out: Path
+    """File to write, *.html, in a folder that exists."""
+    link: str = ""
+    """Address of a web page where the run can be had, such as its DOI."""
+    workers: int = os.cpu_count() or 1
+    """Threads that simulate; the result does not depend on it."""
+
+    def run(self, console: Console) -> None:
+        """Simulate every elite again, towards every target, and write the file.
+
+        Raises:
+            RunFileError: the run cannot be read or has no finished generation.
+            InvalidData: the link is no address, or there are no such workers.
+            ExportError: the run has no elites, or the file cannot be written.
+        """
+        # what draws takes a while to import; other commands do not need it
+        from viz.atlas.page import atlas_page, checked_link
+
+        check_workers(self.workers)
+        checked_link(self.link)
+        if self.out.suffix.lower() != ".html":
+            raise ExportError(f"{self.out}: a page's name ends in .html")
+        if not self.out.parent.is_dir():
+            raise ExportError(f"there is no folder {self.out.parent}; make it first")
+        with RunReader(self.path) as reader, counting(console, "robots simulated") as progress:
+            content = atlas_page(reader, link=self.link, n_threads=self.workers, progress=progress)
+        try:
+            self.out.write_bytes(content)
+        except OSError as e:
+            raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
+        console.print(f"Wrote {as_typed(self.out)}, {len(content) / 1e6:.1f} MB", markup=False)

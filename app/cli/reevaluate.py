@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from rich.table import Table
 
 from app.cli.progress import counting
 from app.worker_flags import check_workers
-from engine.analysis.reevaluation import reevaluate
+from engine.analysis.reevaluation import BuiltOf, reevaluate
 from engine.analysis.robustness import MapRobustness, robust_path
 from engine.analysis.run_files import run_files
 from engine.errors import as_typed, printable
@@ -83,7 +84,7 @@ class Reevaluate:
             )
             raise
 
-    def _robots(self, run: Path) -> tuple[str, Physics] | None:
+    def _robots(self, run: Path) -> BuiltOf | None:
         """Return what robots are built from and a run's physics with them, each evaluation another one."""
         if self.as_built is None:
             return None
@@ -92,7 +93,13 @@ class Reevaluate:
 
         with RunReader(run) as reader:
             physics = reader.config.physics
-        return self.as_built, search_physics(physics, load_materials(self.as_built), spread=True)
+        materials = load_materials(self.as_built)
+
+        @functools.cache
+        def of_level(level: int) -> Physics:
+            return search_physics(physics, materials, spread=True, level=level)
+
+        return self.as_built, of_level
 
     def _print(self, run: Path, maps: list[MapRobustness], console: Console, *, several: bool) -> None:
         out = Console(highlight=False)

@@ -27,6 +27,7 @@ class BasketEvents:
 
     record: Callable[[str], None]
     table: Callable[[], None]
+    atlas: Callable[[], None]
     add: Callable[[], None]
     remove: Callable[[int], None]
     clear: Callable[[], None]
@@ -86,6 +87,14 @@ class BasketPanel:
                 hint="All elites of the run as CSV, with pyribs' column names",
             )
             self._table.on_click(ignoring_event(events.table))
+            self._atlas = gui.add_button(
+                "Atlas of this run",
+                color="gray",
+                icon=viser.Icon.MAP,
+                hint="The maps and every elite crawling, as one HTML file that opens without a"
+                " server; it takes a minute or two",
+            )
+            self._atlas.on_click(ignoring_event(events.atlas))
         self.show_basket(())
 
     def allow_robot(self, chosen: bool) -> None:

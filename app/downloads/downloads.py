@@ -35,6 +35,7 @@ from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
+from viz.atlas.page import atlas_page, seconds_of, shown_maps
 
 log = logging.getLogger(__name__)
 
@@ -84,6 +85,7 @@ class Downloads:
             BasketEvents(
                 record=guarded(self.record),
                 table=guarded(self.table),
+                atlas=guarded(self.atlas),
                 add=guarded(self.add),
                 remove=guarded(self.remove),
                 clear=guarded(self.clear),
@@ -199,6 +201,22 @@ class Downloads:
         reader = self._reader()
         name = f"{printable(reader.path.stem)}.csv"
         self._start(name, lambda _: (name, csv_bytes(elite_table(reader))), 0.0)
+
+    def atlas(self) -> None:
+        """Send the shown run as a page with its maps and every elite.
+
+        Raises:
+            RunFileError: it has no finished generation, or is damaged.
+            ExportError: there is nothing to show.
+            InvalidData: another file is being made.
+        """
+        reader = self._reader()
+        name = f"{printable(reader.path.stem)}_atlas.html"
+
+        def make(progress: ProgressCallback) -> MadeFile:
+            return name, atlas_page(reader, progress=lambda n, total: progress("simulating", n, total))
+
+        self._start(name, make, seconds_of(reader, shown_maps(reader)))
 
     def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:
         def paid(progress: ProgressCallback) -> MadeFile:

@@ -12,7 +12,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
-from app.replay.floor_marks import FloorMarks, disc_glb
+from app.replay.shapes import Discs, disc_glb
 from engine.replay.recording import Playable
 from viz import theme
 from viz.robot.stroke_font import NumberStrokes
@@ -82,8 +82,8 @@ class OverlayLayer:
             visible=False,
         )
         self._trail = scene.add_line_segments(f"{prefix}/trail", nothing, trail, thickness=0.003)
-        self._chips = FloorMarks(scene, f"{prefix}/robot/chips", disc_glb(_CHIP, solid=True), CHIP_RADIUS)
-        self._contacts = FloorMarks(
+        self._chips = Discs(scene, f"{prefix}/robot/chips", disc_glb(_CHIP), CHIP_RADIUS)
+        self._contacts = Discs(
             scene, f"{prefix}/robot/contacts", disc_glb(_RING, _RING_RADII), CONTACT_RADIUS
         )
         self._trail_end = -1

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
-import trimesh
 import viser
 from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
-from app.replay.floor_marks import FloorMarks, disc_glb
 from app.replay.overlays import OverlayLayer, Overlays
+from app.replay.shapes import Discs, disc_glb, unit_sphere, unit_tube
 from app.replay.target_mark import TargetMark
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
@@ -31,10 +29,8 @@ BOX_EDGES = np.array(
     ]
 )
 """(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
-N_SIDES = 10
-"""Of a rod as it is drawn: a computer without a graphics card feels every triangle."""
 CABLE_THICKNESS = 0.0015
-SHADOW = ((0, 0, 0, 190), (0, 0, 0, 150), (0, 0, 0, 50), (0, 0, 0, 0))
+SHADOW = ((0, 0, 0, 160), (0, 0, 0, 125), (0, 0, 0, 42), (0, 0, 0, 0))
 """From the middle of a module's soft shadow to its edge."""
 SHADOW_RADIUS = 0.085
 SHADOW_LIFT = 0.001
@@ -66,7 +62,7 @@ class RobotDrawing:
         geometry = RobotGeometry(replay.morphology, replay.head.module)
         self._drawn = DrawnReplay(geometry, replay)
         drawing = self._drawn.at(replay.start_time, tension=True)
-        tube, sphere = _tube(N_SIDES), _sphere()
+        tube, sphere = unit_tube(), unit_sphere()
         n_rods = len(drawing.rod_positions)
         self._rods = scene.add_batched_meshes_simple(
             f"{prefix}/robot/rods",
@@ -98,7 +94,7 @@ class RobotDrawing:
             theme.linear(drawing.cable_colors),
             thickness=CABLE_THICKNESS,
         )
-        self._shadows = FloorMarks(scene, f"{prefix}/robot/shadows", disc_glb(SHADOW), SHADOW_RADIUS)
+        self._shadows = Discs(scene, f"{prefix}/robot/shadows", disc_glb(SHADOW), SHADOW_RADIUS)
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
         self._layer = OverlayLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
@@ -179,21 +175,3 @@ class RobotDrawing:
                     f"{self._prefix}/walls/edges", points, theme.WALL_EDGE, thickness=0.002
                 )
             )
-
-
-@functools.cache
-def _sphere() -> trimesh.Trimesh:
-    """Return a sphere of radius 1, which must not be changed."""
-    return trimesh.creation.icosphere(subdivisions=1)
-
-
-@functools.cache
-def _tube(n_sides: int) -> trimesh.Trimesh:
-    """Return a cylinder of radius and height 1 without its ends, which lie within the nodes.
-
-    It must not be changed.
-    """
-    tube = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=n_sides)
-    tube.update_faces(np.abs(tube.face_normals[:, 2]) < 0.5)
-    tube.remove_unreferenced_vertices()
-    return tube

@@ -10,10 +10,9 @@ import numpy as np
 import viser
 
 from app.replay.stage import FIELD_OF_VIEW
-from engine.body.kinematics import rotation_rows
 from viz.robot.framing import Window, eye_showing
 
-TOP, BOTTOM, SIDES = 50, 225, 25
+TOP, BOTTOM, SIDES = 50, 130, 25
 """Pixels of the scene at its edges that are left free; the replay's panel covers the lower one."""
 PHONE_WIDTH = 576
 """Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
@@ -66,9 +65,13 @@ class SceneCamera:
 
     @property
     def facing(self) -> np.ndarray:
-        """The (2, 3) directions in the world that are right and up on the screen."""
-        right, down, _ahead = np.array(rotation_rows(self._client.camera.wxyz)).T
-        return np.stack([right, -down])
+        """The (2, 3) directions in the world that are right and up on the screen, as far as is known."""
+        with self._mutex:
+            out = (self._eye - self._focus) / np.linalg.norm(self._eye - self._focus)
+        right = np.array([-out[1], out[0], 0.0])
+        level = float(np.linalg.norm(right))
+        right = right / level if level > 1e-6 else np.array([1.0, 0.0, 0.0])
+        return np.stack([right, np.cross(out, right)])
 
     def show(self, framing: Framing) -> None:
         """Show points above the panel that covers the lower edge, whatever size the scene gets meanwhile."""

@@ -2,7 +2,7 @@
 
 There are no shadow maps and no pictures of surroundings: a computer without a graphics card would need
 seconds to prepare them, and would redraw every robot three times a frame. The soft shadows of
-``floor_marks`` cost nothing.
+``shapes`` cost nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.replay.floor_marks import disc_glb, flat_glb
+from app.replay.shapes import disc_glb, flat_glb
 
 FIELD_OF_VIEW: Final = math.radians(38.0)
 """From the lower edge to the upper one: a long lens, from near by."""
@@ -25,8 +25,8 @@ HORIZON: Final = 4.0
 LINE_COLOR: Final = (128, 140, 156)
 WEAK, STRONG = 120, 190
 """How much a line covers in the middle, of 255, and every fourth one."""
-LINE_WIDTH: Final = 0.0014
-LINE_GROWTH: Final = 4.0
+LINE_WIDTH: Final = 0.0012
+LINE_GROWTH: Final = 2.0
 """By how many of its widths a line is wider at the horizon, where it would fall between the pixels."""
 LINE_PARTS: Final = 16
 POOL_RADIUS: Final = 1.6

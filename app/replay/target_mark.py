@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from app.gui.viser_private import put_arrays
-from app.replay.floor_marks import FloorMarks, disc_glb
+from app.replay.shapes import Discs, disc_glb, unit_tube
 from viz import theme
 from viz.robot.geometry import TARGET_HEIGHT, TARGET_RADIUS
 
@@ -37,17 +37,22 @@ class TargetMark:
     def __init__(self, scene: viser.SceneApi, target: np.ndarray, *, prefix: str = "") -> None:
         self._target = np.asarray(target, dtype=float)
         x, y = map(float, self._target)
-        post = scene.add_cylinder(
+        tube = unit_tube()
+        # of the same kind as the rods: a browser prepares nothing new for it
+        post = scene.add_batched_meshes_simple(
             f"{prefix}/target/post",
-            radius=POST_RADIUS,
-            height=POST_HEIGHT,
-            color=theme.TARGET,
-            radial_segments=12,
+            tube.vertices,
+            tube.faces,
+            batched_wxyzs=((1.0, 0.0, 0.0, 0.0),),
+            batched_positions=((0.0, 0.0, POST_HEIGHT / 2),),
+            batched_scales=np.array([[POST_RADIUS, POST_RADIUS, POST_HEIGHT]]),
+            batched_colors=theme.linear(np.array([theme.TARGET], dtype=np.uint8)),
+            lod="off",
             cast_shadow=False,
             receive_shadow=False,
-            position=(x, y, POST_HEIGHT / 2),
+            position=(x, y, 0.0),
         )
-        self._place = FloorMarks(scene, f"{prefix}/target/place", disc_glb(_RIMS, _RADII), TARGET_RADIUS)
+        self._place = Discs(scene, f"{prefix}/target/place", disc_glb(_RIMS, _RADII), TARGET_RADIUS)
         self._place.show(np.array([[x, y, LINE_LIFT]]))
         self._line = scene.add_line_segments(
             f"{prefix}/target/line",

@@ -36,8 +36,9 @@ class WarmUp:
 
     def __init__(self) -> None:
         self._mutex = threading.Lock()
-        self._compiling = not is_compiled()
+        self._compiling: bool | None = None  # not known before the thread has looked
         self._closed = False
+        self._unknowing: list[viser.ClientHandle] = []
         self._notices: list[viser.NotificationHandle] = []
         self._compiler: subprocess.Popen[bytes] | None = None
         self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
@@ -51,13 +52,18 @@ class WarmUp:
         with self._mutex:
             # what is only loaded is there before anybody has read a notice
             if self._compiling:
-                self._notices.append(
-                    client.add_notification(
-                        "One moment",
-                        f"{NOTICE}. Robots move as soon as it is done.",
-                        loading=True,
-                    )
-                )
+                self._notify(client)
+            elif self._compiling is None:
+                self._unknowing.append(client)
+
+    def _notify(self, client: viser.ClientHandle) -> None:
+        self._notices.append(
+            client.add_notification(
+                "One moment",
+                f"{NOTICE}. Robots move as soon as it is done.",
+                loading=True,
+            )
+        )
 
     def wait(self) -> None:
         """Wait until the simulation is ready."""
@@ -72,7 +78,7 @@ class WarmUp:
 
     def _run(self) -> None:
         try:
-            if self._compiling:
+            if self._has_to_compile():
                 print(NOTICE, flush=True)
                 if kept_in() is not None:
                     with global_compiler_lock:
@@ -86,6 +92,18 @@ class WarmUp:
             for notice in self._notices:
                 with contextlib.suppress(Exception):  # its browser may have gone
                     notice.remove()
+
+    def _has_to_compile(self) -> bool:
+        """Load what is compiled already; return whether that is not all, and tell who has come meanwhile."""
+        compiling = not is_compiled()
+        with self._mutex:
+            self._compiling = compiling
+            if compiling:
+                for client in self._unknowing:
+                    with contextlib.suppress(Exception):  # its browser may have gone
+                        self._notify(client)
+            self._unknowing.clear()
+        return compiling
 
     def _compile_elsewhere(self) -> None:
         """Compile in another process; what fails there is compiled here afterwards."""

@@ -6,9 +6,11 @@ import contextlib
 import dataclasses
 import hashlib
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from engine.analysis.elite_maps import CountObserver, archive_maps, load_maps
 from engine.analysis.robustness import (
@@ -39,12 +41,16 @@ _DECISIVE: Final = ("mujoco", "numpy", "tensatlas", "machine", "physics")
 """Versions that decide results; results of different versions are not mixed. A task's file is one more."""
 
 
+BuiltOf = tuple[str, Callable[[int], Physics]]
+"""What robots are built from, and by the stiffness level of a body, 1 to 10, how it is simulated then."""
+
+
 def reevaluate(
     run: Path,
     *,
     repeats: int,
     archive: str | None = None,
-    robots: tuple[str, Physics] | None = None,
+    robots: BuiltOf | None = None,
     n_threads: int = 1,
     observer: CountObserver | None = None,
 ) -> tuple[Robustness, list[MapRobustness]]:
@@ -58,8 +64,8 @@ def reevaluate(
         repeats: evaluations of each elite, all targets and the run's repeats each.
         archive: the only archive whose elites are evaluated, or ``morphology`` or ``controller`` for a map of
             a 4-D archive; None for all archives.
-        robots: what the robots are built from and the physics that they have then; they keep their heads.
-            None for robots as evolved.
+        robots: what the robots are built from, and how they are simulated then; they keep their heads. None
+            for robots as evolved.
         n_threads: threads inside MuJoCo; the result does not depend on it.
         observer: told about progress.
 
@@ -78,7 +84,7 @@ def reevaluate(
     with RunReader(run) as reader, _alone(robust_path(run, as_built=built)) as path:
         config = reader.config
         if robots is not None:
-            config = dataclasses.replace(config, physics=robots[1])
+            config = dataclasses.replace(config, physics=robots[1](1))
         check_physics(config)
         last = reader.finished_generation()
         if archive in last.archives or archive is None:
@@ -115,7 +121,7 @@ def reevaluate(
 
         saved_at, n_done = time.monotonic(), 0
         try:
-            for group in _evaluated(config, solutions, known, jobs, built=built, n_threads=n_threads):
+            for group in _evaluated(config, solutions, known, jobs, robots, n_threads):
                 for e in group:
                     n, k = jobs[e.solution.number]
                     samples.setdefault(n, {})[k] = e.fitness
@@ -138,17 +144,20 @@ def _evaluated(
     solutions: Sequence[Solution],
     known: Mapping[int, Evaluation],
     jobs: Mapping[int, tuple[int, int]],
-    *,
-    built: bool,
+    robots: BuiltOf | None,
     n_threads: int,
 ) -> Iterator[list[Evaluation]]:
-    """Yield the evaluations of solutions; built robots have the heads that the run found."""
-    if not built:
+    """Yield the evaluations of solutions; built robots have their own masses, and the heads of the run."""
+    if robots is None:
         yield from create_evaluator(config, n_threads).evaluate(solutions)
         return
-    for is_end in (True, False):
-        own = [s for s in solutions if known[jobs[s.number][0]].head_is_end == is_end]
-        yield from create_evaluator(config, n_threads, head_is_end=is_end).evaluate(own)
+    alike: dict[tuple[int, bool], list[Solution]] = {}
+    for s in solutions:
+        level = round(float(np.mean(s.morphology.stiffness_levels)))
+        alike.setdefault((level, known[jobs[s.number][0]].head_is_end), []).append(s)
+    for (level, is_end), own in sorted(alike.items()):
+        of_level = dataclasses.replace(config, physics=robots[1](level))
+        yield from create_evaluator(of_level, n_threads, head_is_end=is_end).evaluate(own)
 
 
 @contextlib.contextmanager
@@ -164,11 +173,11 @@ def _alone(path: Path) -> Iterator[Path]:
         lock.release()
 
 
-def _decisive(task: str, robots: tuple[str, Physics] | None) -> dict[str, str]:
+def _decisive(task: str, robots: BuiltOf | None) -> dict[str, str]:
     now = versions(task)
     found = {name: now[name] for name in _DECISIVE} | task_version(task)
     if robots is not None:
-        digest = hashlib.sha256(compact_json(physics_to_json(robots[1])).encode()).hexdigest()
+        digest = hashlib.sha256(compact_json(physics_to_json(robots[1](1))).encode()).hexdigest()
         found["robots of"] = f"{robots[0]} ({digest[:12]})"
     return found
 

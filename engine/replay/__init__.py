@@ -6,6 +6,7 @@ Read in this order:
 - ``recording``: frames, interpolation between them, contacts; the player's interface to a recording.
 - ``frames``: frames of what was recorded at once.
 - ``replay``: a trial exactly as it was evaluated.
+- ``every_target``: many robots' trials at once.
 - ``what_if``: another body with the same controller.
 - ``dump``: a failed simulation as a file. ``dump_replay``: its last moments.
 """

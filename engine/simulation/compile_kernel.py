@@ -25,12 +25,11 @@ _SHORTEST: Final = TrialConfig(repeats=1, settle_time=0.02, open_loop_time=0.02,
 
 
 def is_compiled() -> bool:
-    """Whether the kernel's code for this processor is on disk."""
+    """Whether the kernel's code for this processor is on disk, and whole; then it is loaded, in a second."""
     # Numba takes half a second to import
-    from engine.simulation.kernel.lanes.compiling import is_kept
-    from engine.simulation.kernel.loop import closed_loop
+    from engine.simulation.kernel.lanes.kept import is_kept
 
-    return is_kept(closed_loop.begin) and is_kept(closed_loop.run)
+    return kept_in() is not None and is_kept(compile_kernel)
 
 
 def kept_in() -> Path | None:

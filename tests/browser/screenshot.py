@@ -15,20 +15,14 @@ WAIT = 90_000
 
 
 def take(out: Path, run: Path, seconds: float, size: tuple[int, int] = (1600, 900)) -> None:
-    """Open a run, choose its best robot and wait until its replay has reached a time."""
+    """Open a run, and wait until the replay of the robot that greets has reached a time."""
     with serve([run], host="127.0.0.1", port=0) as server, sync_playwright() as playwright:
         browser = launch(playwright)
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        # the camera does not circle then, so that the picture is always the same
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce")
         page.set_default_timeout(WAIT)
         page.goto(f"http://127.0.0.1:{server.get_port()}")
-        tiles = page.locator('svg[data-map=morphology] g[data-filled="1"]')
-        tiles.first.wait_for()
-        hints = [h.split("f_s ")[1].split()[0] for h in tiles.evaluate_all("l => l.map(e => e.dataset.h)")]
-        best = max(range(len(hints)), key=lambda k: float(hints[k]))
-        tiles.nth(best).click(force=True)
-        page.wait_for_url("**robot=**")  # no longer the robot that greets
-        for notice in page.locator(".mantine-Notification-closeButton").all():
-            notice.click()
+        page.locator(".ta-line", has_text="Click any square.").wait_for()
         page.wait_for_function(
             "s => parseFloat(document.querySelector('.ta-replay').textContent) >= s", arg=seconds
         )

@@ -162,5 +162,5 @@ def watch(page: Page) -> list[str]:
 
 def picture(page: Page) -> np.ndarray:
     """Return what the canvas shows, (height, width, 3)."""
-    image = Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB")
+    image = Image.open(io.BytesIO(page.locator("#view").screenshot())).convert("RGB")
     return np.asarray(image).astype(int)

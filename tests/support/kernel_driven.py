@@ -48,9 +48,9 @@ def drop(*morphologies, width=8):
 
 
 @functools.cache
-def driven(task=GOAL_REACHING, is_end=True, morphology=MORPHOLOGY):
+def driven(task=GOAL_REACHING, is_end=True, morphology=MORPHOLOGY, width=8):
     """Return a settled robot, which nobody changes."""
-    dropped = drop(morphology)
+    dropped = drop(morphology, width=width)
     dropped.settle(40)
     numbers = read_robot(build_robot(morphology, PHYSICS))
     controller = evolved_controller(6, 20, task.n_inputs)

@@ -57,7 +57,7 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     Args:
         heatmap: what to draw.
         on_pointer_down: JavaScript, already escaped for an attribute; the clicked element or one
-            around it has ``data-c`` = ``name:i,j``.
+            around it has ``data-c`` = ``name:i,j``. Empty where a script of the page listens.
     """
     x_axis, y_axis = heatmap.axes
     width = LEFT + x_axis.n * CELL_WIDTH + BAR_GAP + BAR_WIDTH + RIGHT
@@ -65,10 +65,11 @@ def render(heatmap: Heatmap, on_pointer_down: str) -> str:
     ringed = heatmap.ring is not None and heatmap.ring.cell in heatmap.tiles
     described = attributes(heatmap.name, (CELL_WIDTH, CELL_HEIGHT), heatmap.start)
     described += ' data-ring="1"' if ringed else ""
+    handler = f' onpointerdown="{on_pointer_down}"' if on_pointer_down else ""
     parts = [
         f'<svg class="ta-map" {described} viewBox="0 0 {width} {height}"'
         f' width="100%" style="display:block;font:11px system-ui,sans-serif;touch-action:manipulation"'
-        f' onpointerdown="{on_pointer_down}">',
+        f"{handler}>",
         "<style>.ta-map .c{cursor:pointer}.ta-map .c:hover rect{stroke:currentColor;stroke-width:1.5;"
         "stroke-dasharray:none;stroke-opacity:1}.ta-map .e{fill:currentColor;fill-opacity:.03;"
         "stroke:currentColor;stroke-opacity:.28;stroke-width:.8;stroke-dasharray:2 2}"

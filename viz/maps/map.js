@@ -63,6 +63,7 @@
     if (said.textContent !== text) said.textContent = text;
     if (faces !== drawnBody) drawn.innerHTML = faces && window.taBody ? window.taBody(faces, -1) : "";
     drawnBody = faces;
+    window.taPicture?.(card, event.target); // a page may draw more
     // an open dialog hides all that is not in it
     (event.target.closest("dialog") || document.body).appendChild(card);
     card.style.display = "block";

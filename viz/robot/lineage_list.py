@@ -80,11 +80,17 @@ def _row(a: Ancestor, parent: Ancestor | None, shown: bool, distance: float, on_
         f'<span><b>{a.number}</b><span style="opacity:.65"> · generation {a.generation}</span></span>'
         '<span style="text-align:right;font-variant-numeric:tabular-nums">'
         f"{'failed' if f_s is None else f'{f_s:.1f} cm'}{gain}</span>"
-        f'<span style="grid-column:2/4;opacity:.75">{html.escape(_origin(a, parent))}</span></button>'
+        f'<span style="grid-column:2/4;opacity:.75">{html.escape(origin(a, parent))}</span></button>'
     )
 
 
-def _origin(a: Ancestor, parent: Ancestor | None) -> str:
+def origin(a: Ancestor, parent: Ancestor | None) -> str:
+    """Return how a robot came about, in a few words.
+
+    Args:
+        a: the robot.
+        parent: the one that it descends from, if it is known.
+    """
     body = a.morphology
     if a.operator == "again":
         return "the same robot under other noise"

@@ -13,8 +13,12 @@ from engine.fabrication.materials import Materials
 from engine.simulation.built import Built, Spread
 from engine.simulation.physics import Physics, as_built, one_of
 
-TYPICAL: Final = Morphology(t.N_STIFFNESS_LEVELS // 2, (1,) * 5)
-"""The body whose masses stand for those of all that a search tries: they differ by a few percent."""
+SOFT: Final = 2
+"""The stiffness level whose masses and centre of mass stand for those of all bodies that a search tries.
+
+The kernel simulates robots side by side that weigh the same. Soft bodies are those that crawl; of latex cord
+they weigh what was simulated up to level 3, and stiffer ones more.
+"""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,13 +94,15 @@ def twin_of(
     return Twin(physics=dataclasses.replace(physics, spread=Spread()), deviations=described)
 
 
-def search_physics(physics: Physics, materials: Materials, *, spread: bool) -> Physics:
+def search_physics(physics: Physics, materials: Materials, *, spread: bool, level: int = SOFT) -> Physics:
     """Return the physics to search with for robots that are to be built.
 
     Args:
         physics: of the run.
         materials: what its robots will be built from.
         spread: whether every repeat of an evaluation has another robot of the design.
+        level: stiffness level of the bodies whose masses and centre of mass it has, 1 to 10.
     """
-    twin = twin_of(physics, TYPICAL, materials, levels=range(1, t.N_STIFFNESS_LEVELS + 1))
+    body = Morphology(level, (1,) * 5)
+    twin = twin_of(physics, body, materials, levels=range(1, t.N_STIFFNESS_LEVELS + 1))
     return twin.varied if spread else twin.nominal

@@ -38,12 +38,12 @@ def widest() -> int:
 
 
 def width_for(copies: int) -> int:
-    """Return how many lanes to give a robot's simulations: the fewest that hold them, or the most there are.
+    """Return how many lanes to give a robot's simulations: one, or all that there are.
 
-    One simulation in a vector of eight takes twice as long as one alone.
+    One simulation in a vector of eight takes twice as long as one alone; every other width would have to be
+    compiled, too.
     """
-    most = widest()
-    return next((n for n in simd.WIDTHS if copies <= n <= most), most)
+    return 1 if copies == 1 else widest()
 
 
 class KernelBatch:

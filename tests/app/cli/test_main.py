@@ -98,7 +98,7 @@ def test_a_deep_grid_shows_the_best_of_each_cell(tensatlas: Command, tmp_path: P
 def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
-    commands = "explore evolve resume campaign info export record replay-dump verify reevaluate compare"
+    commands = "explore evolve resume campaign info export record page replay-dump verify reevaluate compare"
     commands += " table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
@@ -173,7 +173,7 @@ BAD_RUNS = {
 
 @pytest.mark.parametrize(
     "command",
-    ["info", "resume", "explore", "export", "verify", "table", "project", "compare", "reevaluate"],
+    ["info", "resume", "explore", "export", "verify", "table", "project", "compare", "reevaluate", "page"],
 )
 @pytest.mark.parametrize("name", [*BAD_RUNS, "cut.tsmr", "foreign.tsmr", "newer.tsmr"])
 def test_bad_run_files_get_one_line(
@@ -200,6 +200,7 @@ def test_bad_run_files_get_one_line(
         "verify": ["--cell", "0,0"],
         "table": ["--out", "out.csv"],
         "project": ["--out", "out.tsmr"],
+        "page": ["--out", "out.html"],
     }.get(command, [])
     status, out, err = tensatlas(command, name, *extra)
     assert (status, out, err.count("\n")) == (2, "", 1)

@@ -77,3 +77,42 @@ def test_reading_a_run_does_not_change_it(small_run, cell, tmp_path, capsys):
     before = {p.name: p.read_bytes() for p in small_run.parent.iterdir()}
     assert record(capsys, small_run, "--cell", cell[0], "--out", tmp_path / "a.html")[0] == 0
     assert {p.name: p.read_bytes() for p in small_run.parent.iterdir()} == before
+
+
+def page(capsys, *arguments):
+    """Return exit status and standard error of the command ``page``."""
+    status = 0
+    try:
+        main(["page", *map(str, arguments)])
+    except SystemExit as e:
+        status = int(e.code or 0)
+    return status, capsys.readouterr().err
+
+
+def test_a_run_becomes_a_page(small_run, tmp_path, capsys):
+    before = {p.name: p.read_bytes() for p in small_run.parent.iterdir()}
+    out = tmp_path / "atlas.html"
+    status, err = page(capsys, small_run, "--out", out, "--link", "https://example.org", "--workers", 1)
+    assert (status, err.splitlines()[-1]) == (0, f"Wrote {out}, {out.stat().st_size / 1e6:.1f} MB")
+    assert out.read_bytes().startswith(b"<!doctype html>")
+    assert {p.name: p.read_bytes() for p in small_run.parent.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--out", "a.pdf"), "a.pdf: a page's name ends in .html"),
+        (("--out", "gone/a.html"), "there is no folder gone; make it first"),
+        (("--out", "file/a.html"), "there is no folder file; make it first"),
+        (("--out", "a.html", "--link", "javascript:alert(1)"), "link must be the address of a web page"),
+        (("--out", "a.html", "--workers", "0"), "workers"),
+    ],
+)
+def test_no_page_is_begun_that_cannot_be_written(small_run, tmp_path, monkeypatch, capsys, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("mine")
+    status, err = page(capsys, small_run, *arguments)
+    assert status == 2
+    assert says in err
+    assert err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

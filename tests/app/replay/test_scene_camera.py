@@ -97,3 +97,16 @@ def test_a_part_of_the_width_is_filled(browser: Browser, camera: SceneCamera) ->
         camera.show(Framing(wide, np.array([-1.0, 0.0, 0.2]), part))
         away.append(np.linalg.norm(browser.position))
     assert away[1] == pytest.approx(away[0] * (1280 - 50) / 640, rel=0.05)
+
+
+@pytest.mark.parametrize("towards", [(-0.5, -0.9, 0.4), (0.0, -0.02, 1.0), (0.7, 0.1, 0.05)])
+def test_what_faces_the_camera_faces_where_it_was_sent(
+    browser: Browser, camera: SceneCamera, towards: tuple[float, float, float]
+) -> None:
+    camera.show(Framing(POINTS, np.array(towards)))
+    right, up = camera.facing
+    out = np.array(browser.position) - np.array(browser.look_at)
+    assert np.allclose([right @ up, right @ out, up @ out, right[2]], 0.0, atol=1e-9)
+    assert np.allclose([np.linalg.norm(right), np.linalg.norm(up)], 1.0)
+    assert np.cross(right, up) @ out > 0.0
+    assert up[2] > 0.0

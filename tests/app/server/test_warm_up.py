@@ -60,11 +60,11 @@ def test_browsers_are_told_and_simulations_wait(
 ) -> None:
     early, late = Client(), Client()
     started.tell(early)  # type: ignore[arg-type]
-    assert [NOTICE in text for text in early.notices] == [True]
     deadline = time.monotonic() + 30.0
     while started._compiler is None:
         assert time.monotonic() < deadline
         time.sleep(0.01)
+    assert [NOTICE in text for text in early.notices] == [True]
     simulated: list[int] = []
     thread = threading.Thread(target=lambda: simulated.append(njit(lambda x: x + 1)(1)))
     thread.start()
@@ -79,6 +79,22 @@ def test_browsers_are_told_and_simulations_wait(
     assert early.notices == []
     started.tell(late)  # type: ignore[arg-type]
     assert late.notices == []
+
+
+def test_who_comes_before_it_is_known_is_told_as_soon_as_it_is(
+    compiler: Callable[[], None], loaded: list[float]
+) -> None:
+    ready, client = WarmUp(), Client()
+    ready.tell(client)  # type: ignore[arg-type]
+    assert client.notices == []
+    ready.start()
+    while ready._compiler is None:
+        time.sleep(0.01)
+    assert [NOTICE in text for text in client.notices] == [True]
+    compiler()
+    ready.wait()
+    assert client.notices == []
+    assert len(loaded) == 1
 
 
 def test_the_other_process_ends_with_the_app(started: WarmUp, loaded: list[float]) -> None:

@@ -1,31 +1,17 @@
 import base64
 import json
 import re
-import zlib
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from engine.errors import ExportError
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from viz.recording.standalone_replay import STEP, TENSION_LEVELS, pack, standalone_replay
+from tests.support.unpacked import unpack
+from viz.recording.standalone_replay import DETAIL, json_text, page, standalone_replay
 from viz.robot.geometry import RobotGeometry
-
-
-def unpack(packed, shape):
-    """Read what ``pack`` wrote, as the viewer does."""
-    low, high = np.frombuffer(packed, dtype=np.uint8).astype(np.uint16).reshape(2, shape[1], shape[0])
-    return np.cumsum(low + 256 * high, axis=1, dtype=np.uint16).astype(np.int16).T
-
-
-@given(hnp.arrays(np.int16, st.tuples(st.integers(1, 6), st.integers(1, 5))))
-def test_packing_loses_nothing(values):
-    np.testing.assert_array_equal(unpack(pack(values), values.shape), values)
 
 
 @pytest.fixture(scope="module")
@@ -45,19 +31,22 @@ def test_the_file_holds_the_motion_to_a_tenth_of_a_millimetre(replay):
     page = standalone_replay(replay, run="small").decode()
     scene = json.loads(element(page, "scene"))
     frames = replay.frames[1::2]
-    assert scene["frames"] == len(frames)
-    assert scene["step"] == STEP
+    (trial,) = scene["trials"]
+    assert trial["frames"] == len(frames)
+    assert scene["step"] == DETAIL.step == 1e-4
     geometry = RobotGeometry(replay.morphology, replay.head.module)
     drawn = [geometry.draw(f.pose, f.lengths) for f in frames]
     expected = np.array([d.nodes for d in drawn])
-    raw = zlib.decompress(base64.b64decode(element(page, "frames")))
-    size = 2 * expected[0].size * len(frames)
-    points = unpack(raw[:size], (len(frames), expected[0].size)).reshape(expected.shape)
-    np.testing.assert_allclose(scene["origin"] + STEP * points, expected, rtol=0, atol=0.51 * STEP)
-    tension = unpack(raw[size:], (len(frames), len(drawn[0].tension)))
-    assert np.abs(tension / TENSION_LEVELS - [d.tension for d in drawn]).max() <= 0.51 / TENSION_LEVELS
-    assert scene["start"] + scene["frames"] * scene["period"] == pytest.approx(frames[-1].time)
-    np.testing.assert_allclose(scene["target"], replay.target)
+    n, tensions = expected[0].size, drawn[0].tension.size
+    (columns,) = unpack(base64.b64decode(element(page, "frames")), [len(frames)], n + tensions)
+    points = columns[:, :n].reshape(expected.shape)
+    np.testing.assert_allclose(scene["origin"] + DETAIL.step * points, expected, rtol=0, atol=0.51e-4)
+    assert scene["told"] * scene["modules"] == tensions
+    told = columns[:, n:] / scene["levels"]
+    assert scene["levels"] == 31
+    assert np.abs(told - [d.tension for d in drawn]).max() <= 0.51 / 31
+    assert scene["start"] + trial["frames"] * scene["period"] == pytest.approx(frames[-1].time)
+    np.testing.assert_allclose(trial["target"], replay.target)
 
 
 def test_texts_cannot_break_out_of_the_page(replay):
@@ -66,6 +55,12 @@ def test_texts_cannot_break_out_of_the_page(replay):
     assert "<b>" not in page
     assert get_task(replay.config.task).target_names[2] in page
     assert standalone_replay(replay, run="a") == standalone_replay(replay, run="a")
+
+
+def test_what_a_part_of_a_page_holds_is_no_place_and_ends_no_element():
+    made = page("<p>@title@</p>@scene@", style="", script="", fields={"title": "@scene@", "scene": "1"})
+    assert made == b"<p>@scene@</p>1"
+    assert "<" not in json_text({"</script>": "<!--"})
 
 
 def test_a_replay_that_failed_is_refused(small_run):

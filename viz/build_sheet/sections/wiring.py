@@ -71,8 +71,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 blocks.body(
                     f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable gives way"
                     f" by 1 mm for every {t.SERVO_GAIN / 1000:.3f} N, at every tension. Hang {PULL:.0f} g on"
-                    f" the piece: it must become {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer,"
-                    f" ± {100 * tolerances.STIFFNESS:.0f} %."
+                    f" the piece: it must become {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ±"
+                    f" {100 * tolerances.STIFFNESS:.0f} %."
                     " Too much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
             ]

@@ -8,4 +8,5 @@ Read in this order:
 - ``algebra``: three-dimensional algebra on lanes.
 - ``transcendental``: exponential, logarithm, sine, cosine and angle with the same bits everywhere.
 - ``compiling``: how functions are compiled, and where the result is kept.
+- ``kept``: compiled code on disk, loaded only if it is whole.
 """

@@ -1,10 +1,10 @@
 """How the kernel is compiled, and where the result is kept.
 
 Compiling takes about 20 s for each entry point and number of lanes, so what Numba makes of an entry point
-is kept on disk. Numba notices a change in the file of an entry point, not in the functions that it calls.
-The folder's name is therefore a digest of the entry point's module, of all modules of the kernel that it
-imports, of the versions of Python, Numba and LLVM, and of the processor; inside, Numba tells the types of the
-arguments apart, and with them the number of lanes. A folder that cannot be written only costs time.
+is kept on disk (``kept``). Numba notices a change in the file of an entry point, not in the functions that it
+calls. The folder's name is therefore a digest of the entry point's module, of all modules of the kernel that
+it imports, of the versions of Python, Numba and LLVM, and of the processor; inside, Numba tells the types of
+the arguments apart, and with them the number of lanes. A folder that cannot be written only costs time.
 ``engine.simulation.compile_kernel`` compiles all that the product uses.
 
 Compiled code must take no number from a module of another package: a change there would not be noticed.
@@ -27,6 +27,8 @@ import numba
 from llvmlite import binding
 from numba import njit
 
+from engine.simulation.kernel.lanes.kept import KeptCode
+
 CACHE_VARIABLE: Final = "TENSATLAS_CACHE"
 """Environment variable that names another folder than the user's cache folder."""
 
@@ -45,16 +47,11 @@ compiled: Final[Callable[..., Any]] = njit(**_OPTIONS)
 
 def entry_point(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls, and keep it on disk if that is possible."""
+    dispatcher: Any = njit(function, **_OPTIONS)
     folder = cache_folder(Path(function.__code__.co_filename))
-    if folder is None:
-        return njit(function, **_OPTIONS)
-    config: Any = numba.config
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        return njit(function, cache=True, **_OPTIONS)
-    finally:
-        config.CACHE_DIR = before
+    if folder is not None:
+        dispatcher._cache = KeptCode(function, folder)
+    return dispatcher
 
 
 def cache_folder(source: Path, root: Path = _FOLDER) -> Path | None:
@@ -71,12 +68,6 @@ def cache_folder(source: Path, root: Path = _FOLDER) -> Path | None:
             return folder
     except OSError:
         return None
-
-
-def is_kept(function: Any) -> bool:
-    """Whether what an entry point compiles to is on disk, for this processor."""
-    folder = cache_folder(Path(function.py_func.__code__.co_filename))
-    return folder is not None and any(folder.rglob(f"*.{function.__name__}-*.nbc"))
 
 
 def _user_cache() -> Path:

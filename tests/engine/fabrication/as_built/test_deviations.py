@@ -9,7 +9,7 @@ import pytest
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.as_built import Origin, deviations, twin_of
+from engine.fabrication.as_built import Origin, deviations, search_physics, twin_of
 from engine.fabrication.as_built.deviations import built_centre_of_mass, friction_spread
 from engine.fabrication.dimensions.cables import cable_design
 from engine.fabrication.mass_balance import mass_balance
@@ -115,3 +115,15 @@ def test_the_simulated_stiffness_is_the_yardstick_of_a_measured_one() -> None:
     half = cable_design(5, parse_materials(text, file="mine"))
     assert half.stiffness == pytest.approx(t.stiffness_n_per_m(0.25))
     assert built.stiffness[4] < 0.9
+
+
+def test_a_search_has_the_masses_of_the_level_asked_for() -> None:
+    cord = load_materials()
+    soft, stiff = (search_physics(Physics(), cord, spread=False, level=level).built for level in (2, 9))
+    assert soft.plain_rod_mass < 1.15 * t.ROD_MASS
+    assert stiff.plain_rod_mass > 1.5 * t.ROD_MASS
+    assert soft.stiffness == stiff.stiffness
+    assert not search_physics(Physics(), cord, spread=False).spread
+    varied = search_physics(Physics(), cord, spread=True)
+    assert varied.built == soft
+    assert varied.spread.stiffness > 0.0

@@ -1,7 +1,7 @@
-"""Flat things without light and shade: soft shadows and rings on the floor, the chips behind numbers.
+"""What everything in a scene is built of: tubes and balls, and flat discs without light and shade.
 
-All are discs of one kind, so that a browser compiles one program for them, and each kind is one batch: one
-message a frame however many there are.
+Everything of one shape and look is one batch, so one message a frame however much there is. There are few
+shapes and two looks, because a browser without a graphics card takes long to prepare for another one.
 """
 
 from __future__ import annotations
@@ -13,12 +13,15 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+import trimesh
 import viser
 
 from app.gui.viser_private import put_arrays
 
 SIDES: Final = 32
 """Of a disc's edge."""
+TUBE_SIDES: Final = 10
+"""A computer without a graphics card feels every triangle."""
 FLOAT: Final = 5126
 SHORT: Final = 5123
 BYTE: Final = 5121
@@ -29,13 +32,30 @@ Rim = tuple[int, int, int, int]
 
 
 @functools.cache
-def disc_glb(rims: Sequence[Rim], radii: Sequence[float] = (), *, solid: bool = False) -> bytes:
+def unit_sphere() -> trimesh.Trimesh:
+    """Return a sphere of radius 1, which must not be changed."""
+    return trimesh.creation.icosphere(subdivisions=1)
+
+
+@functools.cache
+def unit_tube() -> trimesh.Trimesh:
+    """Return a cylinder of radius and height 1 along z without its ends, which lie within nodes.
+
+    It must not be changed.
+    """
+    tube = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=TUBE_SIDES)
+    tube.update_faces(np.abs(tube.face_normals[:, 2]) < 0.5)
+    tube.remove_unreferenced_vertices()
+    return tube
+
+
+@functools.cache
+def disc_glb(rims: Sequence[Rim], radii: Sequence[float] = ()) -> bytes:
     """Return a flat disc of radius 1 as a GLB file; between two of its rims the colours run into each other.
 
     Args:
         rims: the colours from the middle, or the innermost rim, to the edge.
         radii: of the rims, from 0 to 1; empty for evenly spread ones that begin in the middle.
-        solid: whether it hides what is behind it, whatever its colours cover.
     """
     radii = radii or tuple(np.linspace(0.0, 1.0, len(rims)))
     angle = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
@@ -57,17 +77,16 @@ def disc_glb(rims: Sequence[Rim], radii: Sequence[float] = (), *, solid: bool = 
             for k in range(len(rims) - 1)
         ]
     )
-    return flat_glb(places, colors, faces, solid=solid)
+    return flat_glb(places, colors, faces)
 
 
-def flat_glb(places: np.ndarray, colors: np.ndarray, faces: np.ndarray, *, solid: bool = False) -> bytes:
+def flat_glb(places: np.ndarray, colors: np.ndarray, faces: np.ndarray) -> bytes:
     """Return triangles without light and shade as a GLB file.
 
     Args:
         places: (n, 3) of the corners, at most 65536.
         colors: (n, 4) theirs, and how much they cover, 0 to 255.
         faces: (k, 3) which corners.
-        solid: whether they hide what is behind them, whatever their colours cover.
     """
     places, faces = places.astype("<f4"), faces.astype("<u2")
     shares = colors / 255.0
@@ -85,7 +104,7 @@ def flat_glb(places: np.ndarray, colors: np.ndarray, faces: np.ndarray, *, solid
         "materials": [
             {
                 "extensions": {"KHR_materials_unlit": {}},
-                "alphaMode": "OPAQUE" if solid else "BLEND",
+                "alphaMode": "BLEND",
                 "doubleSided": True,
             }
         ],
@@ -125,7 +144,7 @@ def flat_glb(places: np.ndarray, colors: np.ndarray, faces: np.ndarray, *, solid
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-class FloorMarks:
+class Discs:
     """Discs of one kind.
 
     Args:

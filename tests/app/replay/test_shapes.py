@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 
 from app.replay import stage
-from app.replay.floor_marks import SIDES, disc_glb
+from app.replay.shapes import SIDES, disc_glb
 from app.replay.target_mark import DASH, dashes
 
 

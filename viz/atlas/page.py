@@ -1,0 +1,239 @@
+"""All elites of a run, simulated again, as one HTML file that opens without a server."""
+
+from __future__ import annotations
+
+import html
+import importlib.resources
+import urllib.parse
+from collections.abc import Callable
+from typing import Final
+
+from engine.analysis.comparison.groups import ALGORITHM_NAMES
+from engine.config import task_of
+from engine.errors import ExportError, InvalidData, printable
+from engine.replay.every_target import replay_every_target
+from engine.search.archive import Cell, cell_name
+from engine.storage.reader import RunReader
+from engine.tasks import remaining_distance
+from viz import words
+from viz.atlas.elites import pack_elite, updates_per_frame
+from viz.maps import axis_labels
+from viz.maps.coloring import FITNESS
+from viz.maps.contents import load_contents
+from viz.maps.interaction import SCRIPT
+from viz.maps.layouts import layouts
+from viz.maps.map_pictures import MapPicture, pictures
+from viz.recording.standalone_replay import json_text, own_file, page
+
+MAX_LINK: Final = 500
+SAME: Final = 1e-4
+"""Scores this much apart, in m, are the same to a reader."""
+ABOUT: Final = {
+    "morphology": "Each square holds the best robot of its body: how many modules, and how stiff.",
+    "controller": "Each square holds the best robot of its way to move: the first two principal components of"
+    " its head's paths.",
+}
+
+
+def checked_link(link: str) -> str:
+    """Return the address of a run, as it is to be clicked; an empty one for none.
+
+    Raises:
+        InvalidData: it is no address of a web page.
+    """
+    if not link:
+        return ""
+    try:
+        parts = urllib.parse.urlsplit(link)
+        whole = parts.scheme in ("http", "https") and bool(parts.hostname)
+    except ValueError:
+        whole = False
+    if not whole or len(link) > MAX_LINK or not link.isprintable() or any(c.isspace() for c in link):
+        raise InvalidData(
+            f"link must be the address of a web page, such as https://doi.org/10.1000/182, not {link[:80]!r}"
+        )
+    return link
+
+
+def shown_maps(reader: RunReader) -> list[MapPicture]:
+    """Return the maps of a run after its last generation, those of more than two axes projected.
+
+    Raises:
+        RunFileError: it has no finished generation, or is damaged.
+        ExportError: it has no elite, or no map of its archives can be drawn.
+    """
+    contents = load_contents(reader, reader.finished_generation())
+    if not any(content.elites for content in contents.values()):
+        raise ExportError(f"{reader.path} has no elites to show")
+    views = next(iter(layouts({name: c.axes for name, c in contents.items()}).values()), ())
+    found = [p for p in pictures(contents, views, FITNESS) if p.elites]
+    if not found:
+        axes = max(len(c.axes) for c in contents.values())
+        raise ExportError(f"{reader.path} has archives of {axes} axes, which no map of a page can show")
+    return found
+
+
+def seconds_of(reader: RunReader, maps: list[MapPicture]) -> float:
+    """Return how many seconds of robots' time the page of a run simulates."""
+    n = len({e.number for picture in maps for e in picture.elites.values()})
+    return n * task_of(reader.config).n_targets * reader.config.trials.trial_time
+
+
+def atlas_page(
+    reader: RunReader,
+    *,
+    link: str = "",
+    n_threads: int = 1,
+    progress: Callable[[int, int], None] = lambda _n, _total: None,
+) -> bytes:
+    """Return the page of a run.
+
+    Args:
+        reader: of the run.
+        link: where it can be had, see ``checked_link``.
+        n_threads: threads that simulate.
+        progress: told how many robots of how many have been simulated; what it raises ends the work.
+
+    Raises:
+        RunFileError: it has no finished generation, or is damaged.
+        ExportError: there is nothing to show.
+        InvalidData: the link is none, or today's robots do not survive the run's physics.
+    """
+    link, maps, config = checked_link(link), shown_maps(reader), reader.config
+    task = task_of(config)
+    shown = {e.number: e for picture in maps for e in picture.elites.values()}
+    cells = _cells(maps)
+    whole, done = seconds_of(reader, maps), 0.0
+
+    def simulated(seconds: float) -> None:
+        nonlocal done
+        done += seconds
+        progress(min(int(len(shown) * done / whole + 1e-6), len(shown)), len(shown))
+
+    elements: dict[int, str] = {}
+    off = differs = 0.0
+    for evaluation, trials in replay_every_target(
+        config,
+        list(reader.evaluations(set(shown)).values()),
+        updates_per_frame=updates_per_frame(config.physics.control_period),
+        n_threads=n_threads,
+        progress=simulated,
+    ):
+        number = evaluation.solution.number
+        elite = pack_elite(
+            config,
+            evaluation,
+            trials,
+            cells={title: cell_name(cell) for title, cell in cells[number].items()},
+            generation=shown[number].generation,
+            line=reader.lineage(number),
+        )
+        off, differs = max(off, elite.off), max(differs, elite.differs)
+        elements[number] = f'<script type="text/plain" id="r{number}">{elite.text}</script>'
+    name = printable(reader.path.stem)
+    best = max(shown.values(), key=lambda e: (e.f_s, -e.number))
+    last = reader.finished_generation()
+    data = {
+        "run": name,
+        "best": best.number,
+        "robots": {n: round(e.f_s, 2) for n, e in shown.items()},
+        "maps": {p.view.name: {cell_name(c): e.number for c, e in p.elites.items()} for p in maps},
+        "targets": list(task.target_names),
+    }
+    algorithm = ALGORITHM_NAMES.get(config.algorithm, config.algorithm)
+    facts = [
+        config.task,
+        algorithm,
+        f"{last.n_evaluations:,} robots tried",
+        f"{len(shown)} elites",
+    ]
+    fields = {
+        "title": html.escape(name),
+        "facts": html.escape(" · ".join(facts)),
+        "link": _link(link),
+        "view": own_file("replay_view.html"),
+        "maps": "".join(map(_map, maps)),
+        "about": _about(reader, len(shown), off, differs, link),
+        "data": json_text(data),
+        # a reader sees the best robot before the rest of the file has been read
+        "first": elements.pop(best.number),
+        "robots": "\n".join(elements.values()),
+    }
+    return page(
+        _data("page.html"),
+        style=own_file("replay_view.css") + _data("page.css"),
+        script=own_file("replay_view.js") + SCRIPT + _data("page.js"),
+        fields=fields,
+    )
+
+
+def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
+    """Return by the number of a robot, and by the title of a map, its cell there."""
+    found: dict[int, dict[str, Cell]] = {}
+    for picture in maps:
+        for cell, elite in picture.elites.items():
+            found.setdefault(elite.number, {})[picture.title.removesuffix(" archive")] = cell
+    return found
+
+
+def _map(picture: MapPicture) -> str:
+    family = axis_labels.family(picture.axes)
+    about = f'<p class="what">{html.escape(ABOUT[family])}</p>' if family else ""
+    return (
+        f'<section class="map"><h2>{html.escape(picture.title)}</h2>'
+        f'<p class="figures">{html.escape(picture.figures)}</p>'
+        f"{picture.render(None, '')}{about}</section>"
+    )
+
+
+def _link(link: str) -> str:
+    if not link:
+        return ""
+    return (
+        f'<a class="link" href="{html.escape(link)}" target="_blank" rel="noopener noreferrer">'
+        "Get this run ↗</a>"
+    )
+
+
+def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> str:
+    """Return what the page holds and how true it is, as HTML."""
+    task, update = task_of(reader.config), reader.config.physics.control_period
+    period = updates_per_frame(update) * update
+    lines = [
+        words.markup(words.F_S)
+        + f" It begins {100 * task.target_distance:.0f} cm away"
+        + (
+            "."
+            if task.score is remaining_distance
+            else f", and what counts is its {html.escape(task.score_name)}."
+        ),
+        words.PCA,
+        f"The {n} robots on this page evolved in simulation; none of them has been built. Every one was"
+        " simulated again for this page, towards every target, under the first noise that it evolved with"
+        + (
+            ", and ends where it was recorded to end."
+            if differs <= SAME
+            else f". The run was computed by other versions of the physics: what you see ends up to"
+            f" {100 * differs:.1f} cm from where it was recorded to end, and the figures are the recorded"
+            " ones."
+        ),
+        f"The file keeps a pose of every {period:.2g} s. In these no point of a robot is more than"
+        f" {max(1000 * off, 0.01):.2f} mm from where it was simulated; between them points move along smooth"
+        " curves, mostly within a millimetre.",
+        "Nothing is loaded from anywhere: this file works offline, and can be kept with a paper.",
+    ]
+    made = f"Made with TensAtlas {html.escape(reader.versions.get('tensatlas', ''))}".rstrip()
+    lines.append(
+        f"{made} from the run <b>{html.escape(printable(reader.path.stem))}</b>,"
+        f" begun {html.escape(reader.created_at[:10])}."
+    )
+    if link:
+        lines.append(
+            f'The whole run: <a href="{html.escape(link)}" target="_blank" rel="noopener noreferrer">'
+            f"{html.escape(link)}</a>"
+        )
+    return "".join(f"<p>{line}</p>" for line in lines)
+
+
+def _data(name: str) -> str:
+    return (importlib.resources.files("viz.atlas") / name).read_text(encoding="utf-8")
