@@ -105,6 +105,11 @@ class Downloads:
             if self._choice.selection is chosen:  # nobody has gone on in the meantime
                 self._judged(str(material), problems)
 
+    @property
+    def basket(self) -> tuple[BasketItem, ...]:
+        """The robots in the basket."""
+        return self._basket
+
     def begin(self, gui: viser.GuiApi) -> None:
         """Ask the browser what its basket held before the page was loaded again.
 

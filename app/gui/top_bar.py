@@ -19,7 +19,7 @@ from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file, run_script
 from app.gui.widgets import put_html
 
-WINDOWS: Final = ("Elites", "Run", "New run", "Compare", "Side by side", "Take along")
+WINDOWS: Final = ("Elites", "Run", "New run", "Breed", "Compare", "Side by side", "Take along")
 """All windows, in the order of their buttons."""
 WINDOW_WIDTH: Final = 370
 """Pixels."""

@@ -7,6 +7,7 @@ Read in this order:
 - ``run_names``: short names of runs, for lists and addresses.
 - ``launcher``: starts, pauses, resumes and stops runs as separate processes.
 - ``run_form``: the form of a new run. ``run_panel``: the windows of the shown run and of a new one.
+- ``breed_panel``: runs from chosen robots, their children, and the next run from the best of them.
 - ``run_notes``: notes on runs. ``run_files``: another name, the bin. ``run_care``: offers these.
 - ``upload``: run files from browsers, checked before they are kept.
 - ``compare_panel``: which runs are compared. ``comparison_window``: the report of a comparison over the app.

@@ -49,12 +49,16 @@ class NewRun:
         preset: that the command line begins with.
         config: what decides the outcome.
         workers: threads that simulate.
+        given: where robots are that it starts from, as ``evolve --from`` takes them.
+        in_one_process: whether threads of one process simulate: it begins sooner than several processes.
     """
 
     name: str
     preset: str
     config: RunConfig
     workers: int
+    given: tuple[str, ...] = ()
+    in_one_process: bool = False
 
 
 def choices(field: str) -> tuple[str, ...]:
@@ -103,9 +107,11 @@ def start(new: NewRun) -> Path:
 
 
 def flags(new: NewRun) -> list[str]:
-    """Return the command line's flags of a run: the preset, and where its configuration differs."""
+    """Return the command line's flags of a run: preset, where its configuration differs, given robots."""
     differing = _differing(config.to_json(new.config), config.to_json(config.preset(new.preset)))
-    return ["--preset", new.preset, "--workers", str(new.workers), *differing]
+    given = ["--from", *new.given] if new.given else []
+    pool = ["--pool", "threads"] if new.in_one_process else []
+    return ["--preset", new.preset, "--workers", str(new.workers), *pool, *differing, *given]
 
 
 def resume(path: Path, *, workers: int) -> Path:

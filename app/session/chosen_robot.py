@@ -123,6 +123,19 @@ class ChosenRobot:
         self._panel.export.on_click(ignoring_event(guarded(self.downloads.export)))
         self._panel.pin.on_click(ignoring_event(guarded(self._source.pins.pin_or_unpin)))
 
+    def to_breed(self) -> dict[str, Callable[[], list[tuple[Path, int]]]]:
+        """Return what returns the robots that can be bred, run and number of each, by what they are."""
+
+        def shown() -> list[tuple[Path, int]]:
+            path, chosen = self._run.path, self._choice.selection
+            return [] if path is None or chosen is None else [(path, chosen.number)]
+
+        return {
+            "This robot": shown,
+            "Pins": lambda: [(e.path, e.number) for e in self._source.pins.pins],
+            "Basket": lambda: [(item.path, item.number) for item in self.downloads.basket],
+        }
+
     def arrived(self, gui: viser.GuiApi) -> None:
         """Bring back the pinned robots, once what the address names is shown.
 

@@ -20,6 +20,7 @@ from app.maps.elites_panel import ElitesPanel
 from app.maps.generation_player import GenerationPlayer
 from app.maps.map_board import MapBoard
 from app.maps.shared_scale import SharedScale
+from app.runs.breed_panel import BreedPanel
 from app.runs.compare_panel import ComparePanel
 from app.runs.library import Library, RunStatus
 from app.runs.run_panel import RunPanel
@@ -107,6 +108,17 @@ class Session:
             moved=self._run_is_elsewhere,
             read_only=read_only,
         )
+        self._breed: BreedPanel | None = None
+        if not read_only:
+            self._breed = BreedPanel(
+                client.gui,
+                bar.window("Breed", viser.Icon.HEART, "Children of robots that you like"),
+                actions,
+                library,
+                self._robot.to_breed(),
+                show=self.open_run,
+                replay=self._replay_child,
+            )
         self._archives.connect(
             ArchivesEvents(
                 run_chosen=guarded(self.open_run),
@@ -146,6 +158,8 @@ class Session:
         self._actions.closed = True
         self._navigation.close()
         self._library.unwatch(self)
+        if self._breed is not None:
+            self._breed.cancel()
         self._growth.stop()
         self._robot.cancel()
 
@@ -176,6 +190,8 @@ class Session:
         status = self._library.status(path)
         self._update(reader, status)
         self._library.watch(self, path, self._run_moved, status)
+        if self._breed is not None:
+            self._breed.begin(path, reader)
         if not self._navigation.going:
             self.greet()
         self._moved()
@@ -207,6 +223,12 @@ class Session:
             )
             return
         self._robot.choose(picked.archive, picked.cell, picked.number)
+
+    def _replay_child(self, path: Path, number: int) -> None:
+        """Replay a robot of a run, elite or not."""
+        if path != self._run.path:
+            self.open_run(path)
+        self._robot.choose("morphology", None, number)
 
     def open_first(self) -> None:
         """Show the first run that can be shown, or say that there is none."""

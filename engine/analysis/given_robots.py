@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
@@ -19,6 +20,8 @@ from engine.storage.schema import SUFFIX
 
 MAX_GENOTYPE: Final = 10_000_000
 """Bytes of the largest genotype file that is read."""
+_CHOSEN: Final = re.compile(rf"(.*?{re.escape(SUFFIX)})([:#].*)", re.DOTALL)
+"""A run file, and which of its robots are meant."""
 _NAME: Final = 60
 """Characters of a file's name that are kept with a robot."""
 
@@ -28,8 +31,8 @@ def read_robots(sources: Iterable[str]) -> list[GivenRobot]:
 
     Args:
         sources: each a run file, whose last elites are meant, or those of some cells of its first map:
-            ``run.tsmr:3,4:5,7``; a ``genotype.json`` as ``export`` writes it; or a table with the columns of
-            ``evaluation_table``, as CSV or Parquet.
+            ``run.tsmr:3,4:5,7``, or any robots by their numbers: ``run.tsmr#63,7``; a ``genotype.json`` as
+            ``export`` writes it; or a table with the columns of ``evaluation_table``, as CSV or Parquet.
 
     Raises:
         InvalidData: a file cannot be read or holds no genotype; the message names it.
@@ -43,11 +46,11 @@ def read_robots(sources: Iterable[str]) -> list[GivenRobot]:
 
 
 def _robots(source: str) -> list[GivenRobot]:
-    whole, mark, cells = source.partition(f"{SUFFIX}:")
-    path = Path(whole + SUFFIX) if mark else Path(source)
+    chosen = _CHOSEN.fullmatch(source)
+    path = Path(source if chosen is None else chosen[1])
     match path.suffix.lower():
         case ".tsmr":
-            return _of_run(path, cells.split(":") if mark else [])
+            return _of_run(path, "" if chosen is None else chosen[2])
         case ".json":
             return [_of_file(path)]
         case ".csv" | ".parquet":
@@ -59,21 +62,32 @@ def _robots(source: str) -> list[GivenRobot]:
     )
 
 
-def _of_run(path: Path, cells: list[str]) -> list[GivenRobot]:
+def _of_run(path: Path, which: str) -> list[GivenRobot]:
+    """Return the last elites of a run, or those of cells, ``:3,4:5,7``, or robots by number, ``#63,7``."""
     with RunReader(path) as reader:
-        last = reader.finished_generation()
-        archive = next(iter(last.archives))
-        if cells:
-            numbers = [reader.elite_at(archive, parse_cell(cell)) for cell in cells]
-        else:
-            numbers = sorted(set(reader.placements(archive, last.number).values()))
-            if not numbers:
-                raise RunFileError(f"{path} has no elite to start from")
+        numbers = _numbers(which) if which.startswith("#") else _elites(reader, which)
         known = reader.evaluations(set(numbers))
     return [
         GivenRobot(s.morphology, s.controller, f"{_name(path)} robot {s.number}")
         for s in (known[n].solution for n in numbers)
     ]
+
+
+def _elites(reader: RunReader, cells: str) -> list[int]:
+    last = reader.finished_generation()
+    archive = next(iter(last.archives))
+    if cells:
+        return [reader.elite_at(archive, parse_cell(cell)) for cell in cells[1:].split(":")]
+    numbers = sorted(set(reader.placements(archive, last.number).values()))
+    if not numbers:
+        raise RunFileError(f"{reader.path} has no elite to start from")
+    return numbers
+
+
+def _numbers(which: str) -> list[int]:
+    if not re.fullmatch(r"#\d{1,9}(,\d{1,9})*", which):
+        raise InvalidData(f"robots are named by their numbers, such as #63,7, not {printable(which)[:40]}")
+    return list(map(int, which[1:].split(",")))
 
 
 def _of_file(path: Path) -> GivenRobot:

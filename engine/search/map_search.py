@@ -19,7 +19,7 @@ from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.search.elite_records import Curiosity, Samples
 from engine.search.trajectory_archive import TrajectoryArchive
-from engine.search.variation import AGAIN, PUBLISHED, GivenRobot, Variation, VariationConfig
+from engine.search.variation import AGAIN, PUBLISHED, Fill, GivenRobot, Variation, VariationConfig
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
@@ -39,6 +39,8 @@ class MapSearchConfig:
 
     initial: int = 1080
     """Random solutions in generation 0."""
+    fill: Fill = "random"
+    """What fills generation 0 beside given robots: random ones, or mutants of the given ones."""
     batch_size: int = 24
     """Solutions per later generation; half of the parents come from each archive of DM-ME."""
     refit_generations: tuple[int, ...] = PAPER_REFITS
@@ -174,14 +176,14 @@ class MapSearch(Algorithm):
         """Ask for given robots first.
 
         Raises:
-            InvalidData: they are more than generation 0 has robots.
+            InvalidData: they are more than generation 0 has robots, or mutants of none are to fill it.
         """
         if len(given) > self._config.initial:
             raise InvalidData(
                 f"initial ({self._config.initial}) must be at least the number of robots that the run starts"
                 f" from ({len(given)})"
             )
-        self._variation.begin_with(given)
+        self._variation.begin_with(given, self._config.fill)
 
     @property
     def outstanding(self) -> tuple[tuple[Solution, ...], ...]:
@@ -189,7 +191,7 @@ class MapSearch(Algorithm):
         return tuple(map(tuple, self._asked))
 
     def ask(self) -> list[Solution]:
-        """Return the given and the random solutions of generation 0, then mutants of elites."""
+        """Return generation 0, the given solutions before those that fill it; then mutants of elites."""
         if len(self._asked) > self._overlap:
             raise ValueError("tell the evaluations of the last ask first")
         remaining = self._budget - self._variation.n_drawn

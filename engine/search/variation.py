@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import random
 from collections.abc import Callable, Sequence
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 from engine.body.feet import Feet
 from engine.body.morphology import (
@@ -26,6 +26,8 @@ AGAIN: Final = "again"
 GIVEN: Final = "given"
 """The operator of a robot that the user gave to start from; its source says where it is from."""
 MAX_WEIGHT: Final = 100
+Fill = Literal["random", "mutants"]
+"""What stands beside given robots in generation 0."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,10 +154,17 @@ class Variation:
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
         self._n_drawn = 0
         self._given: tuple[GivenRobot, ...] = ()
+        self._mutants_first = False
 
-    def begin_with(self, given: Sequence[GivenRobot]) -> None:
-        """Take robots that ``first`` returns in place of the first random ones."""
-        self._given = tuple(given)
+    def begin_with(self, given: Sequence[GivenRobot], fill: Fill = "random") -> None:
+        """Take robots that ``first`` returns in place of the first random ones.
+
+        Raises:
+            InvalidData: there is none, and the first others are to be mutants.
+        """
+        if fill == "mutants" and not given:
+            raise InvalidData("fill = mutants needs robots to start from; name them with --from")
+        self._given, self._mutants_first = tuple(given), fill == "mutants"
 
     @property
     def n_drawn(self) -> int:
@@ -165,17 +174,28 @@ class Variation:
     def new_generation(self) -> None:
         """Begin a generation of NEAT's innovations: equal ones share a number only within a generation."""
         self._neat.new_generation()
-        if self._n_drawn:
+        if self._n_drawn or self._mutants_first:
             # random networks count from the beginning, as those that given ones descend from
             self._neat.count_beyond([g.controller for g in self._given])
 
     def first(self) -> Solution:
-        """Return the next of the given robots, or a random one where there are no more."""
-        if self._n_drawn >= len(self._given):
+        """Return the next of the given robots; where there are no more, a random one or a mutant of one."""
+        if self._n_drawn < len(self._given):
+            return self._as_solution(self._next_number())
+        if not self._mutants_first:
             return self.random()
-        given = self._given[self._n_drawn]
+        parent = self._as_solution(self._n_drawn % len(self._given))
+
+        def pair() -> tuple[Controller, Controller]:
+            return parent.controller, self.rng.choice(self._given).controller
+
+        return self.mutate(parent, None, pair)
+
+    def _as_solution(self, k: int) -> Solution:
+        """Return a given robot as the solution that it is: the first ones have the numbers from 0."""
+        given = self._given[k]
         return Solution(
-            number=self._next_number(),
+            number=k,
             morphology=given.morphology,
             controller=given.controller,
             operator=GIVEN,
@@ -191,13 +211,13 @@ class Variation:
         )
 
     def mutate(
-        self, parent: Solution, source: str, pair: Callable[[], tuple[Controller, Controller]]
+        self, parent: Solution, source: str | None, pair: Callable[[], tuple[Controller, Controller]]
     ) -> Solution:
         """Return a mutant of body, controller or both, drawn by their weights, until something has changed.
 
         Args:
             parent: what to mutate.
-            source: name of the archive that it was drawn from.
+            source: name of the archive that it was drawn from, None for a given robot that is in none yet.
             pair: draws another elite; returns both controllers, the fitter's first.
         """
         operator = self.rng.choice(self._operators)

@@ -150,6 +150,7 @@ class Ancestor:
         operator: how it came about, as in ``Solution``.
         fitness: in m, None if a simulation failed.
         morphology: its body.
+        source: where a given robot is from.
     """
 
     number: int
@@ -158,11 +159,12 @@ class Ancestor:
     operator: str
     fitness: float | None
     morphology: Morphology
+    source: str | None = None
 
     @classmethod
     def of(cls, r: Record) -> Self:
         """Return a robot as it is recorded."""
-        return cls(r.number, r.parent, r.generation, r.operator, r.fitness, r.morphology)
+        return cls(r.number, r.parent, r.generation, r.operator, r.fitness, r.morphology, r.source)
 
     @property
     def is_founder(self) -> bool:

@@ -18,4 +18,5 @@ Read in this order:
 11. ``robot_differences``: what several robots differ in.
 12. ``what_if_table``: a changed body beside the original.
 13. ``body_drawing``: a small drawing that a browser makes from the body's faces.
+14. ``breeding_strip``: the children of chosen robots, each drawn, with its gain.
 """

@@ -23,6 +23,8 @@ from viz.robot.skeleton import Skeleton
 RIGHT: Final = np.array([0.906, -0.423, 0.0])
 UP: Final = np.array([0.145, 0.31, 0.94])
 """Where a point's x and y of the drawing come from, seen from before the row and a little above."""
+MARGIN: Final = 60
+"""Units around the middles of the first and the last module, as in the script."""
 UNIT: Final = 0.001
 """Metres of a unit of the drawing."""
 
@@ -48,6 +50,52 @@ def script() -> str:
     }
     source = (importlib.resources.files(__package__) / "body_drawing.js").read_text(encoding="utf-8")
     return source.replace("@data@", json.dumps(data, separators=(",", ":")))
+
+
+@functools.cache
+def symbols() -> str:
+    """Return hidden SVG with a symbol of every drawing of a module; what ``svg`` returns refers to them."""
+    colors = {
+        "rods": "var(--ta-rod)",
+        "servo": theme.css(theme.SERVO_ROD),
+        "cables": theme.css(theme.CABLE_TAUT),
+    }
+    found = []
+    for odd in (0, 1):
+        for face in range(1, N_FACES + 1):
+            paths = _module(face, odd)
+            lines = "".join(
+                f'<path d="{paths[what]}" style="stroke:{colors[what]};'
+                f'stroke-width:calc({width}px*var(--ta-thick))"/>'
+                for what, width in (("cables", 0.9), ("rods", 3.6), ("servo", 3.6))
+            )
+            found.append(f'<symbol id="ta-module-{odd}-{face}" overflow="visible">{lines}</symbol>')
+    return f'<svg aria-hidden="true" width="0" height="0" style="position:absolute">{"".join(found)}</svg>'
+
+
+def svg(morphology: Morphology, head: int) -> str:
+    """Return a drawing as ``taBody`` makes it, of few bytes, for a page that has ``symbols``.
+
+    Args:
+        morphology: the body.
+        head: index of the head module.
+    """
+    first, second = (_flat(np.array([[k * t.MODULE_SPACING, 0.0, DROP_HEIGHT]]))[0] for k in (0, 1))
+    dx, dy = second - first
+    n = morphology.n_modules
+    width, height = (n - 1) * dx + 2 * MARGIN, (n - 1) * abs(dy) + 2 * MARGIN
+    top = min((n - 1) * dy, 0.0) - MARGIN
+    thick = max(1.0, n / 5)  # long robots are drawn smaller
+    colors = [theme.css(theme.HEAD_ROD if i == head else theme.ROD) for i in range(n)]
+    modules = "".join(
+        f'<use href="#ta-module-{i % 2}-{face}" x="{i * dx:.1f}" y="{i * dy:.1f}"'
+        f' style="--ta-thick:{thick:g};--ta-rod:{colors[i]}"/>'
+        for i, face in enumerate(morphology.faces)
+    )
+    return (
+        f'<svg class="ta-body" viewBox="{-MARGIN:g} {top:.1f} {width:.1f} {height:.1f}" fill="none"'
+        f' stroke-linecap="round" aria-hidden="true">{modules}</svg>'
+    )
 
 
 def _module(face: int, odd: int) -> dict[str, str]:

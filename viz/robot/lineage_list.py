@@ -96,7 +96,7 @@ def origin(a: Ancestor, parent: Ancestor | None) -> str:
     if a.operator == "again":
         return "the same robot under other noise"
     if a.is_founder:
-        kind = "given" if a.operator == "given" else "random"
+        kind = (a.source or "given") if a.operator == "given" else "random"
         return f"{kind}: {body.n_modules} modules, stiffness {body.stiffness_text}{feet_note(body.feet)}"
     parts = body_changes(parent.morphology, body) if parent is not None else []
     if a.operator in ("controller", "both"):

@@ -117,7 +117,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations head-search initial"
+        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations fill head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight crossover",
         "body.": "feet feet-toward",

@@ -20,6 +20,7 @@ from app.runs.launcher import NewRun, choices, flags, last_words, log_path, paus
 from app.runs.library import run_state
 from engine.config import PRESETS, AlgorithmName, RunConfig, preset, replaced
 from engine.errors import InvalidData, RunFileError
+from engine.runs.breeding import Breeding, breeding_config
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
@@ -114,6 +115,17 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
     assert isinstance(parsed, Evolve)
     assert parsed.config == config
     assert parsed.computing.workers == 3
+
+
+def test_a_run_from_given_robots_names_them_on_the_command_line() -> None:
+    given = ("/a b/mine.tsmr#63,7", "/a b/other.tsmr#1")
+    config = breeding_config(Breeding(strength=0.3, hold="bodies", seed=4), [PRESETS["paper"]] * 2)
+    new = dataclasses.replace(NEW, config=config, given=given, in_one_process=True)
+    parsed = main._parse(["evolve", "x.tsmr", *flags(new)])
+    assert isinstance(parsed, Evolve)
+    assert parsed.computing.pool == "threads"
+    assert parsed.given == given
+    assert parsed.config == config
 
 
 def test_a_run_pauses_goes_on_and_is_found_after_it_was_killed(workplace: Path) -> None:

@@ -38,3 +38,5 @@ def test_a_visitor_never_learns_where_the_files_lie(
     assert "broken.tsmr is cut short" in everything
     assert "secret" not in everything
     assert str(tmp_path) not in everything
+    assert "ta-replay" in everything
+    assert "ta-parents" not in everything  # nor is breeding offered

@@ -171,6 +171,16 @@ def test_elites_of_another_run(other):
     assert read_robots([str(other), str(other)]) == found
 
 
+def test_robots_of_another_run_by_their_numbers(other):
+    with RunReader(other) as reader:
+        robots = {n: reader.evaluation(n).solution for n in (43, 2, 17)}
+    found = read_robots([f"{other}#43,2", f"{other}#17"])
+    assert [(r.morphology, r.controller) for r in found] == [
+        (s.morphology, s.controller) for s in robots.values()
+    ]
+    assert [r.origin for r in found] == [f"other.tsmr robot {n}" for n in robots]
+
+
 @pytest.mark.parametrize("name", ["all.csv", "all.parquet"])
 def test_rows_of_a_table(other, tmp_path, name):
     with RunReader(other) as reader:
@@ -211,6 +221,9 @@ def test_what_holds_no_robots_is_named(other, tmp_path):
         ("other.tsmr:99,99", "lies outside the morphology map"),
         ("other.tsmr:", "cell"),
         ("other.tsmr:x", "cell"),
+        ("other.tsmr#", "robots are named by their numbers, such as #63,7, not #"),
+        ("other.tsmr#3,x", "not #3,x"),
+        ("other.tsmr#999", "has no evaluation 999"),
         ("other.txt", r"robots to start from are in a run file"),
         ("other", r"robots to start from are in a run file"),
     ):

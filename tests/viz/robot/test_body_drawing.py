@@ -37,3 +37,21 @@ def test_the_modules_stand_where_the_body_has_them(faces: list[int]) -> None:
         middle = rods.mean(axis=(0, 1))
         assert np.allclose(rods - middle + np.multiply(i, DATA["step"]), drawn[i], atol=0.2)
         assert len(segments(module["cables"])) == len(t.CABLES)
+
+
+@given(st.lists(st.integers(1, 8), min_size=2, max_size=10), st.data())
+def test_the_drawing_of_the_app_is_made_of_the_same_modules(faces: list[int], data: st.DataObject) -> None:
+    head = data.draw(st.integers(0, len(faces) - 1))
+    drawn = body_drawing.svg(Morphology(stiffness_level=5, faces=tuple(faces)), head)
+    uses = re.findall(
+        r'<use href="#([\w-]+)" x="([-\d.]+)" y="([-\d.]+)" style="[^"]*--ta-rod:([^"]+)"', drawn
+    )
+    assert [f"ta-module-{i % 2}-{face}" for i, face in enumerate(faces)] == [use[0] for use in uses]
+    for i, (name, x, y, color) in enumerate(uses):
+        assert np.allclose([float(x), float(y)], np.multiply(i, DATA["step"]), atol=0.2)
+        assert (color == DATA["colors"]["head"]) == (i == head)
+        odd, face = map(int, name.split("-")[2:])
+        symbol = re.search(rf'<symbol id="{name}"[^>]*>(.*?)</symbol>', body_drawing.symbols())
+        assert symbol is not None
+        assert all(DATA["modules"][odd][face - 1][part] in symbol[1] for part in ("rods", "servo", "cables"))
+    assert f"margin = {body_drawing.MARGIN}" in body_drawing.script()

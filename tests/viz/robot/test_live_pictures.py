@@ -153,6 +153,8 @@ def test_a_lineage_says_what_changed_and_what_is_not_known() -> None:
     assert "module 2 added · network mutated" in text
     assert "random: 2 modules, stiffness 0.3" in text
     assert text.count('aria-current="true"') == 1
+    given = Ancestor(3, None, 0, "given", 0.44, Morphology(3, (1, 2)), "breed-1.tsmr robot 12")
+    assert "breed-1.tsmr robot 12: 2 modules" in lineage_list.render([child, given], 3, 0.45, "js()")
     cut = lineage_list.render([Ancestor(9, 4, 5, "paired", None, Morphology(3, (1, 2)))], 9, 0.45, "js()")
     assert "does not hold its earlier ancestors" in cut
     assert "not recorded" in cut
