@@ -33,6 +33,8 @@ TITLES: Final = {
     "vie_neat": "ViE-NEAT",
 }
 """Folders of the tables within the configuration."""
+UNASKED: Final = ("built", "spread")
+"""Tables of what is measured on a built robot: a run's file has them, or the command line, not the form."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -171,7 +173,7 @@ class RunForm:
             part = self._gui.add_folder(TITLES[group], expand_by_default=False)
             with part:
                 for field in dataclasses.fields(table):
-                    if field.name not in TITLES:
+                    if field.name not in TITLES and field.name not in UNASKED:
                         self._add(part, table, inside, field.name)
                 self._add_tables(table, inside)
 
