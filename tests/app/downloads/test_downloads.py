@@ -62,7 +62,7 @@ def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
     assert [n for _, n, _ in told] == [*range(2 * STEPS), 2]
     assert {total for _, _, total in told[:-1]} == {2 * STEPS}
     assert told[0][0] == "robot 1 of 2, simulating"
-    assert told[STEPS + 1][0] == "robot 2 of 2, parts"
+    assert told[STEPS + 2][0] == "robot 2 of 2, parts"
     assert told[-1] == ("packing", 2, 2)
     with zipfile.ZipFile(io.BytesIO(zip_bytes(files, "basket"))) as packed:
         assert packed.testzip() is None
