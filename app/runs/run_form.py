@@ -171,7 +171,8 @@ class RunForm:
             part = self._gui.add_folder(TITLES[group], expand_by_default=False)
             with part:
                 for field in dataclasses.fields(table):
-                    if field.name not in TITLES:
+                    # what a built robot is like comes from its measurements, not from a form
+                    if not dataclasses.is_dataclass(getattr(table, field.name)):
                         self._add(part, table, inside, field.name)
                 self._add_tables(table, inside)
 
