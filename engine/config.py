@@ -10,6 +10,7 @@ import typing
 from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal
 
+from engine.body.feet import FEET_TEXT, BodyConfig
 from engine.body.morphology import HeadSearch, StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
@@ -67,6 +68,8 @@ class RunConfig:
     """One stiffness for all modules of a robot, as published, or one for each."""
     head_search: HeadSearch = "together"
     """How the head is found: all modules pulse together, or each by a rhythm of its own that evolves."""
+    body: BodyConfig = BodyConfig()
+    """What bodies have beyond modules."""
     sensors: Sensors = "relative"
     """Units of the built-in sensors: relative (to the distance at the start and to pi), or as published."""
     bonus: Bonus = "depth"
@@ -97,6 +100,11 @@ class RunConfig:
             raise InvalidData("generations of vie-neat do not overlap; overlap is for the other algorithms")
         if self.map_search.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
+        if self.body.feet != "none" and self.physics.simulator != "kernel":
+            raise InvalidData(
+                f"{self.physics.simulator} knows no directional feet; use --physics.simulator kernel or"
+                " --body.feet none"
+            )
         period = self.physics.control_period
         for name in ("settle_time", "open_loop_time", "trial_time"):
             updates = getattr(self.trials, name) / period
@@ -148,6 +156,9 @@ def _check_given(config: RunConfig, robot: GivenRobot) -> None:
         raise InvalidData(
             f"{robot.origin} is of a run with --head-search {search}; this one has {config.head_search}"
         )
+    if body.feet not in config.body.feet_genes:
+        allowed = ", ".join(FEET_TEXT[f] for f in config.body.feet_genes)
+        raise InvalidData(f"{robot.origin} has feet {FEET_TEXT[body.feet]}; this run's are {allowed}")
     numbers = [n.key for n in controller.nodes] + [link.innovation for link in controller.connections]
     if max(map(abs, numbers)) > _MAX_COUNT:
         raise InvalidData(f"{robot.origin} has a node or an innovation with a number above {_MAX_COUNT}")
@@ -158,6 +169,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
         "n_inputs": get_task(config.task).n_inputs,
         "stiffness": config.stiffness,
         "rhythms": config.head_search == "rhythms",
+        "feet": config.body.feet_genes,
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
@@ -222,6 +234,13 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     if not config.trials.trajectory_bits:
         # runs from before positions were rounded keep their hash
         del found["trials"]["trajectory_bits"]
+    # runs from before there were feet keep theirs
+    for table, default in ((found["physics"], Physics()), (found["variation"]["body"], PUBLISHED.body)):
+        for name in ("feet_forward", "feet_backward", "feet_rate"):
+            if name in table and config.body.feet == "none" and table[name] == getattr(default, name):
+                del table[name]
+    if config.body == BodyConfig():
+        del found["body"]
     return found
 
 

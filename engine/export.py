@@ -22,6 +22,7 @@ import numpy as np
 
 from engine import config as configuration
 from engine.body import module as t
+from engine.body.feet import FEET_TEXT
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
 from engine.errors import ExportError, printable
@@ -31,7 +32,7 @@ from engine.replay.replay import Replay
 from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.model import build_spec, xml_with_state
-from engine.simulation.physics import Simulator, physics_to_json
+from engine.simulation.physics import Physics, Simulator, physics_to_json
 from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.simulation.trials import physics_of
@@ -137,6 +138,9 @@ def robot_hash(config: RunConfig, solution: Solution) -> str:
         "task": {"name": config.task, **task_version(config.task)},
         "physics": physics_to_json(config.physics),
     }
+    if solution.morphology.feet == "none":
+        for name in ("feet_forward", "feet_backward"):
+            del content["physics"][name]
     content["task"] |= {name: value for name, value in choices.items() if value != former[name]}
     return hashlib.sha256(compact_json(content).encode()).hexdigest()
 
@@ -304,7 +308,20 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
         if trial.score == recorded
         else "not the same: the run was computed on another kind of machine or with other versions",
         scale=reader.config.physics.inertia_scale,
+        feet=_feet(morphology, reader.config.physics),
         repeatable=REPEATABLE[reader.config.physics.simulator].format(mujoco=mujoco.mj_versionString()),
+    )
+
+
+def _feet(morphology: Morphology, physics: Physics) -> str:
+    """Say what the files lack of a robot's feet."""
+    if morphology.feet == "none":
+        return ""
+    return (
+        f"- The robot's feet grip one way: friction with the ground is {physics.feet_forward:g} while they\n"
+        f"  slide {FEET_TEXT[morphology.feet]} of the chain, {physics.feet_backward:g} else. MuJoCo knows\n"
+        f"  no such friction: in `robot.xml` it is {physics.friction:g} both ways; `play.py` shows\n"
+        "  another way of crawling.\n"
     )
 
 

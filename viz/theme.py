@@ -25,6 +25,8 @@ ROD: Final = (196, 201, 209)
 SERVO_ROD: Final = (240, 138, 60)
 HEAD_ROD: Final = (54, 199, 178)
 NODE: Final = (228, 232, 238)
+FOOT: Final = (236, 92, 160)
+"""A foot that grips one way."""
 CABLE_SLACK: Final = (66, 82, 108)
 CABLE_TAUT: Final = (64, 160, 255)
 CABLE: Final = (84, 116, 156)

@@ -11,7 +11,8 @@ import tyro
 from rich.console import Console
 
 from engine.analysis.profile import Profile, threshold
-from engine.config import to_json
+from engine.body.feet import FEET_TEXT
+from engine.config import RunConfig, to_json
 from engine.files import readable_json
 from engine.runs.described import describe
 from engine.simulation.provenance import differing
@@ -60,6 +61,7 @@ def _facts(reader: RunReader) -> dict[str, Any]:
         "path": str(reader.path),
         "task": reader.config.task,
         "algorithm": reader.config.algorithm,
+        "feet": reader.config.body.feet,
         "evaluations": reader.n_evaluations(),
         "budget": reader.config.evaluations,
         "failed": last.n_failed if last else 0,
@@ -96,12 +98,24 @@ def _archive_facts(reader: RunReader, last: Generation | None) -> dict[str, dict
     }
 
 
+def _feet_text(config: RunConfig) -> str:
+    """Return which feet a run's robots may have, and their friction."""
+    kinds = " or ".join(FEET_TEXT[f] for f in config.body.feet_genes)
+    physics = config.physics
+    return (
+        f"{config.body.feet} ({kinds}), friction {physics.feet_forward:g} forward,"
+        f" {physics.feet_backward:g} backward"
+    )
+
+
 def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield the name and the text of every line."""
     for key in ("task", "algorithm", "generations", "created_at", "live"):
         yield key, facts[key]
     yield "evaluations", f"{facts['evaluations']} of {facts['budget']}"
     yield "physics", str(reader.config.physics)
+    if reader.config.body.feet != "none":
+        yield "feet", _feet_text(reader.config)
     if reader.projection is not None:
         kind, source = (reader.projection.get(k, "unknown") for k in ("kind", "source"))
         yield "projection", f"of {source}: {kind}"

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from app.worker_flags import check_workers
 from engine.analysis.verify import MAX_SEEDS, Motion, Samples, Verification, changed_physics, verify
+from engine.body.feet import feet_note
 from engine.config import RunConfig
 from engine.errors import InvalidData, printable
 from engine.files import readable_json
@@ -132,7 +133,7 @@ def _print_head(command: Verify, evaluation: Evaluation) -> None:
     number, body = evaluation.solution.number, evaluation.solution.morphology
     Console(highlight=False).print(
         f"Robot {number} of {printable(command.path.name)}, {command.archive} cell {command.cell}:"
-        f" {body.n_modules} modules, stiffness {body.stiffness_text}",
+        f" {body.n_modules} modules, stiffness {body.stiffness_text}{feet_note(body.feet)}",
         markup=False,
         soft_wrap=True,
     )
@@ -177,7 +178,15 @@ def _print(command: Verify, config: RunConfig, found: Verification) -> None:
     say(_motion_line(own.motion))
     if changed is None:
         return
-    say(f"\nChanged physics, {changed.physics}")
+    if found.plain is not None:
+        say(
+            "\nMuJoCo knows no feet that grip one way. So it is compared with the kernel for the robot"
+            f" without its feet, with friction {own.physics.friction:g} both ways; all else is as in the run"
+        )
+        say(f"\nWithout feet, {found.plain.physics}")
+        console.print(_table(config, found.plain, None))
+        say(_motion_line(found.plain.motion))
+    say(f"\nChanged physics, {changed.physics}{', without feet' if found.plain else ''}")
     if changed.physics.inertia_scale != own.physics.inertia_scale:
         say("The time step follows the inertia, so that the simulation stays stable.")
     if "kernel" in (own.physics.simulator, changed.physics.simulator) and (
@@ -257,6 +266,7 @@ def _facts(command: Verify, config: RunConfig, found: Verification) -> dict[str,
         "recorded": _evaluation_facts(config, found.recorded),
         "own": _sample_facts(config, found.own),
         "changed": None if found.changed is None else _sample_facts(config, found.changed),
+        "without_feet": None if found.plain is None else _sample_facts(config, found.plain),
     }
 
 

@@ -4,7 +4,8 @@ Read in this order:
 
 - ``player``: plays a replay while it is simulated; hands on every ``ReplayMoment`` that is due.
 - ``stage``: light and floor. ``scene``: draws one robot there. ``robot_drawing``: its body and walls.
-  ``target_mark``: its target. ``overlays``: numbers, contacts, trail. ``shapes``: what they are built of.
+  ``target_mark``: its target. ``overlays``: numbers, contacts, trail. ``shapes``:
+  what they are built of, and feet.
 - ``scene_overlay``: what lies over the scene: ways to look, a line, a still until the robot is there; its
   script is ``scene_overlay.js``.
 - ``scene_camera``: shows what matters and follows the robot.

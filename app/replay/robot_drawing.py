@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
 from app.replay.overlays import OverlayLayer, Overlays
-from app.replay.shapes import Discs, disc_glb, unit_sphere, unit_tube
+from app.replay.shapes import Discs, Fins, disc_glb, unit_sphere, unit_tube
 from app.replay.target_mark import TargetMark
 from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
@@ -96,6 +96,8 @@ class RobotDrawing:
         )
         self._shadows = Discs(scene, f"{prefix}/robot/shadows", disc_glb(SHADOW), SHADOW_RADIUS)
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]
+        feet = replay.morphology.feet
+        self._fins = None if feet == "none" else Fins(scene, f"{prefix}/robot/feet", feet, drawing)
         self._layer = OverlayLayer(scene, replay, prefix=prefix, trail=trail)
         self._colored = (-1, True)
         self._target: TargetMark | None = None
@@ -126,6 +128,8 @@ class RobotDrawing:
         put_arrays(self._rods, batched_positions=drawing.rod_positions, batched_wxyzs=drawing.rod_turns)
         put_arrays(self._nodes, batched_positions=drawing.nodes)
         put_arrays(self._cables, points=drawing.cables)
+        if self._fins is not None:
+            self._fins.show(drawing)
         self._shadows.show(drawing.centres * (1.0, 1.0, 0.0) + (0.0, 0.0, SHADOW_LIFT))
         if self._target is not None:
             self._target.show(self.replay.frames[index].head)
@@ -144,6 +148,8 @@ class RobotDrawing:
         for handle in self._handles:
             handle.remove()
         self._handles = []
+        if self._fins is not None:
+            self._fins.remove()
         self._shadows.remove()
         if self._target is not None:
             self._target.remove()

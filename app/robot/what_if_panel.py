@@ -12,8 +12,9 @@ import viser
 from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import ignoring_event, put, put_html
+from engine.body.feet import FEET_TEXT, Feet
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
-from engine.body.morphology import Morphology, with_face, with_modules, with_stiffness
+from engine.body.morphology import Morphology, with_face, with_feet, with_modules, with_stiffness
 from engine.errors import InvalidData
 from engine.replay.what_if import WhatIf, WhatIfReplay
 from engine.tasks import get_task
@@ -96,6 +97,12 @@ class WhatIfPanel:
             self._which = gui.add_dropdown(
                 "Stiffness of", (ALL,), visible=False, hint="Where every module has a stiffness of its own"
             )
+            self._feet = gui.add_dropdown(
+                "Feet",
+                tuple(FEET_TEXT.values()),
+                visible=False,
+                hint="Feet that grip one way: whether, and towards which end of the chain they slide",
+            )
             self._genes = gui.add_html("")
             self._handler = ClickChannel(gui, actions.guarded(self._clicked), label="genes").handler
             self._result = gui.add_html("")
@@ -124,6 +131,11 @@ class WhatIfPanel:
         def _(event: viser.GuiEvent) -> None:
             if event.client is not None and self._body is not None:
                 actions.guarded(self._show_body)()
+
+        @self._feet.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                actions.guarded(self._change)(lambda body: with_feet(body, _feet(event.target.value)))
 
         self._watch.on_click(ignoring_event(actions.guarded(self._toggle)))
         self._reset.on_click(ignoring_event(actions.guarded(self._undo)))
@@ -254,12 +266,15 @@ class WhatIfPanel:
         body, robot = self._body, self._robot
         for widget in (self._modules, self._stiffness):
             widget.visible = body is not None
+        # only the kernel knows them
+        self._feet.visible = robot is not None and robot.config.physics.simulator == "kernel"
         self._show_buttons()
         if body is None or robot is None:
             self._which.visible = False
             put_html(self._genes, "")
             return
         original = robot.evaluation.solution.morphology
+        put(self._feet, FEET_TEXT[body.feet])
         self._which.visible = body.stiffness_mode == "per-module"
         names = (ALL, *map(str, range(body.n_modules)))
         if tuple(self._which.options) != names:
@@ -277,6 +292,18 @@ class WhatIfPanel:
         label = "Watch the original" if self.watching else "Watch the variant"
         if self._watch.label != label:
             self._watch.label = label
+
+
+def _feet(value: object) -> Feet:
+    """Return the feet whose name a browser sent.
+
+    Raises:
+        InvalidData: there are none of that name.
+    """
+    for feet, name in FEET_TEXT.items():
+        if value == name:
+            return feet
+    raise InvalidData(f"feet must be {', '.join(FEET_TEXT.values())}, not {value!r:.60}")
 
 
 def _whole(value: object) -> int:

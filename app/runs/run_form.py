@@ -33,6 +33,8 @@ TITLES: Final = {
     "vie_neat": "ViE-NEAT",
 }
 """Folders of the tables within the configuration."""
+AS_BUILT: Final = ("built", "spread")
+"""Tables of the physics without fields here: thirty numbers, kept by another run like one as built."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -70,6 +72,7 @@ class RunForm:
         self._gui = gui
         self._fields: list[_Field] = []
         self._mark: viser.GuiHtmlHandle | None = None
+        self._as_built: dict[str, Any] = {}
         base = dataclasses.replace(PRESETS["quick"], seed=1)
         with folder:
             self._name = gui.add_text("Name", "my-run", hint="Becomes runs/NAME.tsmr")
@@ -126,6 +129,7 @@ class RunForm:
                 part[field.path[-1]] = read(field.kind, field.widget.value)
             except ValueError as e:
                 raise FieldError(f"{field.label}: {e}", field) from None
+        data["physics"] |= self._as_built
         base = preset(str(self._preset.value))
         initial = base.map_search.initial
         if data["initial"] == initial:  # for few evaluations the preset's value is too large
@@ -171,8 +175,7 @@ class RunForm:
             part = self._gui.add_folder(TITLES[group], expand_by_default=False)
             with part:
                 for field in dataclasses.fields(table):
-                    # what a built robot is like comes from its measurements, not from a form
-                    if not dataclasses.is_dataclass(getattr(table, field.name)):
+                    if field.name not in TITLES and field.name not in AS_BUILT:
                         self._add(part, table, inside, field.name)
                 self._add_tables(table, inside)
 
@@ -202,6 +205,7 @@ class RunForm:
         self.check()
 
     def _take(self, config: RunConfig, but: Sequence[str] = ()) -> None:
+        self._as_built = {name: dataclasses.asdict(getattr(config.physics, name)) for name in AS_BUILT}
         # not as a file has them: it leaves out what files of older versions imply
         own = {name: getattr(owner, name) for owner, name in _own_fields(config)}
         for field in self._fields:

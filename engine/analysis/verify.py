@@ -77,11 +77,14 @@ class Verification:
         recorded: what the run holds.
         own: simulated again with the run's physics.
         changed: simulated with another physics, or None.
+        plain: where MuJoCo is that physics, which knows no feet that grip one way, and the robot has some:
+            the robot without them with the run's physics. ``changed`` is without them, too.
     """
 
     recorded: Evaluation
     own: Samples
     changed: Samples | None
+    plain: Samples | None = None
 
     @property
     def identical(self) -> bool:
@@ -181,10 +184,19 @@ def verify(
     if physics is not None:
         check_timestep(physics)  # bad values are refused before time is spent
     own = resimulate(config, evaluation, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
-    changed = None
-    if physics is not None:
-        changed = resimulate(config, evaluation, physics=physics, n_seeds=n_seeds, n_threads=n_threads)
-    return Verification(evaluation, own, changed)
+    if physics is None:
+        return Verification(evaluation, own, None)
+    plain, again = None, evaluation
+    if physics.simulator == "mujoco" and evaluation.solution.morphology.feet != "none":
+        again = _without_feet(evaluation)
+        plain = resimulate(config, again, physics=config.physics, n_seeds=n_seeds, n_threads=n_threads)
+    changed = resimulate(config, again, physics=physics, n_seeds=n_seeds, n_threads=n_threads)
+    return Verification(evaluation, own, changed, plain)
+
+
+def _without_feet(e: Evaluation) -> Evaluation:
+    body = dataclasses.replace(e.solution.morphology, feet="none")
+    return dataclasses.replace(e, solution=dataclasses.replace(e.solution, morphology=body))
 
 
 def with_noise(solution: Solution, sample: int) -> Solution:

@@ -3,6 +3,7 @@
 Read in this order:
 
 - ``module``: one tensegrity module: nodes, rods, cables, faces, masses, stiffness.
+- ``feet``: feet that grip one way.
 - ``morphology``: the genotype of a body, how it is drawn, mutated and changed by hand.
 - ``servo``: from a controller's outputs to the lengths of the internal cables.
 - ``kinematics``: quaternions, and lengths and tensions of cables in a pose.

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import random
+from collections.abc import Sequence
 from typing import Any, Final, Literal, Self
 
+from engine.body.feet import FEET, FEET_TEXT, Feet
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.servo import N_RHYTHMS, PULSE
 from engine.errors import InvalidData
@@ -36,6 +38,8 @@ class BodyRates:
     """Probability, for each module, that its joining face is drawn anew; and again its rhythm, if any."""
     module_rate: float = 0.2
     """The same with a stiffness per module, and again the probability that its stiffness is drawn anew."""
+    feet_rate: float = 0.1
+    """Probability that the feet are drawn anew, where they evolve; a third of the draws change nothing."""
 
     def __post_init__(self) -> None:
         # a mutation is repeated until something has changed
@@ -43,6 +47,7 @@ class BodyRates:
             ("body_rate", 0.01, 1.0),
             ("face_rate", 0.0, 1.0),
             ("module_rate", 0.0, 0.5),
+            ("feet_rate", 0.0, 1.0),
         ):
             if not least <= getattr(self, name) <= most:
                 raise InvalidData(f"{name} must be from {least:g} to {most:g}, not {getattr(self, name)}")
@@ -62,6 +67,7 @@ class Morphology:
             its face is the front of the robot when the chain's end is its head.
         rhythms: per module how it contracts while the head is searched, 0..7, see ``servo.N_RHYTHMS``; empty
             where all modules pulse together.
+        feet: whether it has feet that grip one way, and towards which end of the chain they slide.
 
     Raises:
         InvalidData: a gene is out of range.
@@ -70,6 +76,7 @@ class Morphology:
     stiffness_level: int | tuple[int, ...]
     faces: tuple[int, ...]
     rhythms: tuple[int, ...] = ()
+    feet: Feet = "none"
 
     def __post_init__(self) -> None:
         if not isinstance(self.faces, tuple):
@@ -89,6 +96,8 @@ class Morphology:
             )
         for rhythm in self.rhythms:
             _check_int("rhythm", rhythm, 0, N_RHYTHMS - 1)
+        if self.feet not in FEET:
+            raise InvalidData(f"feet must be one of {', '.join(FEET)}, not {self.feet!r:.60}")
 
     @property
     def n_modules(self) -> int:
@@ -134,10 +143,15 @@ class Morphology:
     def to_json(self) -> dict[str, Any]:
         """Return the genotype as JSON-ready values."""
         level = self.stiffness_level
-        return {
+        found: dict[str, Any] = {
             "stiffness_level": list(level) if isinstance(level, tuple) else level,
             "faces": list(self.faces),
-        } | ({"rhythms": list(self.rhythms)} if self.rhythms else {})
+        }
+        if self.rhythms:
+            found["rhythms"] = list(self.rhythms)
+        if self.feet != "none":
+            found["feet"] = self.feet
+        return found
 
     @classmethod
     def from_json(cls, data: Any) -> Self:
@@ -146,9 +160,9 @@ class Morphology:
         Raises:
             InvalidData: a key is missing or a value has the wrong type or range.
         """
-        if not isinstance(data, dict) or set(data) - {"rhythms"} != {"stiffness_level", "faces"}:
+        if not isinstance(data, dict) or set(data) - {"rhythms", "feet"} != {"stiffness_level", "faces"}:
             raise InvalidData(
-                "a morphology needs the keys 'stiffness_level' and 'faces', and may have 'rhythms'"
+                "a morphology needs the keys 'stiffness_level' and 'faces', and may have 'rhythms' and 'feet'"
             )
         for key in ("faces", "rhythms"):
             if not isinstance(data.get(key, []), list):
@@ -158,13 +172,25 @@ class Morphology:
             stiffness_level=tuple(level) if isinstance(level, list) else level,
             faces=tuple(data["faces"]),
             rhythms=tuple(data.get("rhythms", ())),
+            feet=data.get("feet", "none"),
         )
 
 
 def random_morphology(
-    rng: random.Random, stiffness: StiffnessMode = "shared", *, rhythms: bool = False
+    rng: random.Random,
+    stiffness: StiffnessMode = "shared",
+    *,
+    rhythms: bool = False,
+    feet: Sequence[Feet] = ("none",),
 ) -> Morphology:
-    """Draw a morphology uniformly: modules, stiffness, faces and, if it has any, rhythms are independent."""
+    """Draw a morphology uniformly; modules, stiffness, faces, rhythms and feet are independent.
+
+    Args:
+        rng: source of randomness.
+        stiffness: whether the modules share one stiffness.
+        rhythms: whether they have rhythms.
+        feet: those that it may have; nothing is drawn where there is no choice.
+    """
     n_modules = rng.randint(MIN_MODULES, MAX_MODULES)
     levels: int | tuple[int, ...]
     if stiffness == "per-module":
@@ -172,11 +198,15 @@ def random_morphology(
     else:
         levels = _random_level(rng)
     faces = tuple(_random_face(rng) for _ in range(n_modules))
-    return Morphology(levels, faces, tuple(_random_rhythm(rng) for _ in range(n_modules)) if rhythms else ())
+    own = tuple(_random_rhythm(rng) for _ in range(n_modules)) if rhythms else ()
+    return Morphology(levels, faces, own, _random_feet(rng, feet))
 
 
 def mutate_morphology(
-    parent: Morphology, rng: random.Random, rates: BodyRates = PUBLISHED_RATES
+    parent: Morphology,
+    rng: random.Random,
+    rates: BodyRates = PUBLISHED_RATES,
+    feet: Sequence[Feet] = ("none",),
 ) -> Morphology:
     """Return a mutated copy (it may equal its parent: the caller decides whether to try again).
 
@@ -188,12 +218,21 @@ def mutate_morphology(
     does nothing. Instead every module redraws either its face or its stiffness, with probability
     ``module_rate`` each. The published code does the same; no published configuration uses it.
 
-    A module that has a rhythm redraws that instead with the same probability.
+    A module that has a rhythm redraws that instead with the same probability. Where there is a choice of
+    feet, they are redrawn last with probability ``feet_rate``.
     """
+    body = _mutate_modules(parent, rng, rates)
+    if len(feet) > 1 and rng.random() < rates.feet_rate:
+        return dataclasses.replace(body, feet=_random_feet(rng, feet))
+    return body
+
+
+def _mutate_modules(parent: Morphology, rng: random.Random, rates: BodyRates) -> Morphology:
     faces, rhythms = list(parent.faces), list(parent.rhythms)
-    if isinstance(parent.stiffness_level, tuple):
-        return _mutate_per_module(list(parent.stiffness_level), faces, rhythms, rng, rates)
     stiffness_level = parent.stiffness_level
+    if isinstance(stiffness_level, tuple):
+        levels = _mutate_per_module(list(stiffness_level), faces, rhythms, rng, rates)
+        return Morphology(levels, tuple(faces), tuple(rhythms), parent.feet)
     if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "stiffness"))
         if kind == "insert" and len(faces) < MAX_MODULES:
@@ -212,12 +251,13 @@ def mutate_morphology(
             faces[i] = _random_face(rng)
         elif rhythms and draw < 2 * rates.face_rate:
             rhythms[i] = _random_rhythm(rng)
-    return Morphology(stiffness_level, tuple(faces), tuple(rhythms))
+    return Morphology(stiffness_level, tuple(faces), tuple(rhythms), parent.feet)
 
 
 def _mutate_per_module(
     levels: list[int], faces: list[int], rhythms: list[int], rng: random.Random, rates: BodyRates
-) -> Morphology:
+) -> tuple[int, ...]:
+    """Change faces and rhythms in place; return the stiffness levels."""
     if rng.random() < rates.body_rate:
         kind = rng.choice(("insert", "delete", "nothing"))
         if kind == "insert" and len(faces) < MAX_MODULES:
@@ -237,7 +277,7 @@ def _mutate_per_module(
             levels[i] = _random_level(rng)
         elif rhythms and draw < 3 * rates.module_rate:
             rhythms[i] = _random_rhythm(rng)
-    return Morphology(tuple(levels), tuple(faces), tuple(rhythms))
+    return tuple(levels)
 
 
 def _random_level(rng: random.Random) -> int:
@@ -250,6 +290,10 @@ def _random_face(rng: random.Random) -> int:
 
 def _random_rhythm(rng: random.Random) -> int:
     return rng.randrange(N_RHYTHMS)
+
+
+def _random_feet(rng: random.Random, feet: Sequence[Feet]) -> Feet:
+    return rng.choice(feet) if len(feet) > 1 else feet[0]
 
 
 def _check_int(what: str, value: Any, low: int, high: int) -> None:
@@ -276,7 +320,7 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
         else:
             old = old[:at] + old[at + 1 :]
     elif moved:
-        return [f"{len(old)} → {len(new)} modules"]
+        return [f"{len(old)} → {len(new)} modules", *_feet_change(parent, child)]
     turned = [kept[i] for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
     if not moved and parent.rhythms != child.rhythms:
         changes.append("rhythms")
@@ -287,11 +331,26 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
             changes.append(f"stiffness {parent.stiffness_text} → {child.stiffness_text}")
         elif not moved:
             changes.append("stiffnesses")
-    return changes
+    return changes + _feet_change(parent, child)
+
+
+def _feet_change(parent: Morphology, child: Morphology) -> list[str]:
+    if parent.feet == child.feet:
+        return []
+    return [f"feet {FEET_TEXT[parent.feet]} → {FEET_TEXT[child.feet]}"]
 
 
 def _differences(a: list[int], b: list[int]) -> int:
     return sum(x != y for x, y in zip(a, b, strict=True))
+
+
+def with_feet(body: Morphology, feet: Feet) -> Morphology:
+    """Return a body with other feet.
+
+    Raises:
+        InvalidData: there are no such feet.
+    """
+    return dataclasses.replace(body, feet=feet)
 
 
 def with_modules(body: Morphology, n: int) -> Morphology:
@@ -306,7 +365,8 @@ def with_modules(body: Morphology, n: int) -> Morphology:
     level = body.stiffness_level
     if isinstance(level, tuple):
         level = (level + level[-1:] * n)[:n]
-    return Morphology(level, faces, (body.rhythms + body.rhythms[-1:] * n)[:n])
+    rhythms = (body.rhythms + body.rhythms[-1:] * n)[:n]
+    return dataclasses.replace(body, stiffness_level=level, faces=faces, rhythms=rhythms)
 
 
 def with_face(body: Morphology, module: int, face: int) -> Morphology:

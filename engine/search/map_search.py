@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
+from engine.body.feet import Feet
 from engine.body.morphology import StiffnessMode
 from engine.control.genome import Controller
 from engine.errors import InvalidData
@@ -119,6 +120,7 @@ class MapSearch(Algorithm):
         seed: of all the algorithm's draws.
         stiffness: whether a body's modules share one stiffness.
         rhythms: whether its modules have rhythms.
+        feet: those that a body may have.
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
         variation: how new solutions come about.
@@ -138,6 +140,7 @@ class MapSearch(Algorithm):
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
         rhythms: bool = False,
+        feet: Sequence[Feet] = ("none",),
         overlap: int = 0,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
@@ -147,7 +150,12 @@ class MapSearch(Algorithm):
         self._stiffness: StiffnessMode = stiffness
         self._budget = budget
         self._variation = Variation(
-            n_inputs=n_inputs, stiffness=stiffness, rhythms=rhythms, seed=seed, config=variation
+            n_inputs=n_inputs,
+            stiffness=stiffness,
+            rhythms=rhythms,
+            feet=feet,
+            seed=seed,
+            config=variation,
         )
         self._generation = 0
         self._overlap = overlap

@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Literal, Self
 
+from engine.body.feet import Feet
 from engine.body.morphology import (
     BodyRates,
     Morphology,
@@ -130,15 +131,24 @@ class Variation:
         rhythms: whether its modules have rhythms.
         seed: of all draws.
         config: rates and weights.
+        feet: those that a body may have.
     """
 
     def __init__(
-        self, *, n_inputs: int, stiffness: StiffnessMode, rhythms: bool, seed: int, config: VariationConfig
+        self,
+        *,
+        n_inputs: int,
+        stiffness: StiffnessMode,
+        rhythms: bool,
+        seed: int,
+        config: VariationConfig,
+        feet: Sequence[Feet] = ("none",),
     ) -> None:
         self.rng = random.Random(seed)
         """The one generator of an algorithm: whatever else it draws comes from here too."""
         self._stiffness = stiffness
         self._rhythms = rhythms
+        self._feet = feet
         self._config = config
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
@@ -196,7 +206,7 @@ class Variation:
         """Draw a solution: a body and a controller, independently."""
         return Solution(
             number=self._next_number(),
-            morphology=random_morphology(self.rng, self._stiffness, rhythms=self._rhythms),
+            morphology=random_morphology(self.rng, self._stiffness, rhythms=self._rhythms, feet=self._feet),
             controller=self._neat.random(self.rng),
         )
 
@@ -214,7 +224,7 @@ class Variation:
         morphology, controller = parent.morphology, parent.controller
         while (morphology, controller) == (parent.morphology, parent.controller):
             if operator != "controller":
-                morphology = mutate_morphology(parent.morphology, self.rng, self._config.body)
+                morphology = mutate_morphology(parent.morphology, self.rng, self._config.body, self._feet)
             if operator != "morphology":
                 origin = parent.controller
                 if self._config.crossover and self.rng.random() < self._config.crossover:

@@ -27,6 +27,7 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from engine.body.feet import Feet
 from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
@@ -121,6 +122,7 @@ class VieNeat(Algorithm):
         config: sizes and rates of the two populations.
         stiffness: whether a body's modules share one stiffness.
         rhythms: whether its modules have rhythms.
+        feet: those that a body may have.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
         variation: the rates of bodies and controllers; the weights of its operators do not count.
@@ -138,6 +140,7 @@ class VieNeat(Algorithm):
         seed: int = 0,
         stiffness: StiffnessMode = "shared",
         rhythms: bool = False,
+        feet: Sequence[Feet] = ("none",),
         variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
@@ -149,8 +152,8 @@ class VieNeat(Algorithm):
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
             maximise=config.maximise,
-            draw=lambda rng: random_morphology(rng, stiffness, rhythms=rhythms),
-            mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body),
+            draw=lambda rng: random_morphology(rng, stiffness, rhythms=rhythms, feet=feet),
+            mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body, feet),
         )
         self._controllers = NeatPopulation(
             n_inputs=n_inputs,

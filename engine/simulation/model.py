@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.kinematics import points_on, quaternion_product
-from engine.body.morphology import Morphology
+from engine.body.morphology import Feet, Morphology
 from engine.exact import length
 from engine.simulation.built import Built
 from engine.simulation.physics import Physics
@@ -37,6 +37,8 @@ DROP_HEIGHT: Final = 0.082
 GRAVITY: Final = 9.81
 NEWTON_TOLERANCE: Final = 1e-12
 """Tolerance of MuJoCo's Newton solver: below it nothing changes within a trial's rounding."""
+FEET_WAY: Final[dict[Feet, int]] = {"none": 0, "end": 1, "start": -1}
+"""``RobotModel.feet`` by a body's gene."""
 CONTACT_SOLIMP: Final = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Constraint impedance of every contact; MuJoCo's default lets friction creep by millimetres a second."""
 
@@ -50,12 +52,17 @@ class RobotModel:
         rod_bodies: (modules, 6) body ids of the rods.
         n_modules: number of modules.
         spec: what the model was compiled from.
+        feet: 1 or -1 with feet that slide towards the end or the start of the chain, else 0; MuJoCo knows
+            nothing of them.
+        feet_friction: their coefficients, forward and backward.
     """
 
     model: mujoco.MjModel
     rod_bodies: np.ndarray
     n_modules: int
     spec: mujoco.MjSpec
+    feet: int
+    feet_friction: tuple[float, float]
 
 
 def face_rods(face: int) -> tuple[int, ...]:
@@ -199,7 +206,14 @@ def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = Tru
     rod_bodies = np.array(
         [[model.body(f"m{i}_rod{r}").id for r in range(len(t.RODS))] for i in range(morphology.n_modules)]
     )
-    return RobotModel(model=model, rod_bodies=rod_bodies, n_modules=morphology.n_modules, spec=spec)
+    return RobotModel(
+        model=model,
+        rod_bodies=rod_bodies,
+        n_modules=morphology.n_modules,
+        spec=spec,
+        feet=FEET_WAY[morphology.feet],
+        feet_friction=(physics.feet_forward, physics.feet_backward),
+    )
 
 
 def with_walls(robot: RobotModel, walls: Sequence[Wall]) -> mujoco.MjModel:

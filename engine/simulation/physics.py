@@ -22,6 +22,9 @@ MOST_PARTS: Final = 100_000
 from strangers.
 """
 
+MOST_FRICTION: Final = 5.0
+"""Largest friction coefficient of directional feet."""
+
 
 Simulator = Literal["kernel", "mujoco"]
 
@@ -48,7 +51,11 @@ class Physics:
     the fastest motion of a module and limits the time step.
     """
     friction: float = 0.5
-    """Sliding friction coefficient of every contact."""
+    """Sliding friction coefficient of every contact, but of directional feet with the ground."""
+    feet_forward: float = 0.3
+    """Friction coefficient of directional feet with the ground while they slide forward; assumed."""
+    feet_backward: float = 0.8
+    """The same while they slide backward or across, or are still; assumed."""
     impratio: float = 100.0
     """MuJoCo's ratio of frictional to normal constraint impedance: higher slips less."""
     contact_time: float = 0.02
@@ -67,6 +74,12 @@ class Physics:
         for name in (f.name for f in dataclasses.fields(self) if f.name not in others):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
+        if not 0.0 < self.feet_forward <= self.feet_backward <= MOST_FRICTION:
+            raise InvalidData(
+                "physics: friction of feet must be above 0 and backward at least as large as forward, at most"
+                f" {MOST_FRICTION:g}; feet_forward is {self.feet_forward:g}, feet_backward"
+                f" {self.feet_backward:g}"
+            )
         if not 1e-3 <= self.inertia_scale <= 1e3:
             raise InvalidData(f"physics: inertia_scale must be from 0.001 to 1000, not {self.inertia_scale}")
         if not 0.0 <= self.servo_noise < math.inf:

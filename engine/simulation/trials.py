@@ -178,7 +178,12 @@ def start_trials(
         heads: the robots' heads if they are known, which skips the search.
         n_threads: threads that simulate.
         observer: sees the robots settle; the kernel shows it those that share a vector.
+
+    Raises:
+        InvalidData: a robot has feet that grip one way, which MuJoCo does not know.
     """
+    if physics.simulator != "kernel" and any(m.feet != "none" for m in morphologies):
+        raise InvalidData(f"{physics.simulator} knows no directional feet; simulate the robot by the kernel")
     robots = build_robots(morphologies, physics)
     controllers = [driving(c, times) for c in controllers]
     offsets = np.array([trial.offset for trial in trials])

@@ -462,6 +462,7 @@ def check_fits(config: RunConfig, e: Evaluation) -> None:
         or e.solution.controller.n_inputs != task.n_inputs
         or e.solution.morphology.stiffness_mode != config.stiffness
         or bool(e.solution.morphology.rhythms) != (config.head_search == "rhythms")
+        or e.solution.morphology.feet not in config.body.feet_genes
     ):
         raise InvalidData(f"evaluation {e.solution.number} does not fit the run's configuration")
 

@@ -1,11 +1,13 @@
 import dataclasses
 import json
+import random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.body.morphology import BodyRates
+from engine.body.feet import BodyConfig
+from engine.body.morphology import BodyRates, Morphology
 from engine.config import (
     PRESETS,
     RunConfig,
@@ -17,9 +19,9 @@ from engine.config import (
     task_of,
     to_json,
 )
-from engine.control.genome import NeatRates
+from engine.control.genome import Neat, NeatRates
 from engine.errors import InvalidData
-from engine.search.variation import PUBLISHED, VariationConfig
+from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeatConfig
 from engine.simulation.physics import Physics, with_inertia
 from engine.simulation.trials import TrialConfig
@@ -156,6 +158,49 @@ def test_a_file_from_before_positions_were_rounded_keeps_every_digit_and_its_has
     del old["trials"]["trajectory_bits"]
     assert from_json(old).trials.trajectory_bits == 0
     assert to_json(from_json(old)) == old
+
+
+def test_a_file_from_before_there_were_feet_has_none_and_keeps_its_hash():
+    old = to_json(RunConfig(seed=3))
+    assert "feet" not in json.dumps(old)
+    assert from_json(old).body == BodyConfig()
+    assert to_json(from_json(old)) == old
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        RunConfig(body=BodyConfig(feet="evolved")),
+        RunConfig(body=BodyConfig(feet="directional", feet_toward="start")),
+        RunConfig(body=BodyConfig(feet="directional"), physics=Physics(feet_forward=0.2)),
+        RunConfig(physics=Physics(feet_backward=0.9)),
+        RunConfig(variation=VariationConfig(body=BodyRates(feet_rate=0.5))),
+    ],
+)
+def test_feet_survive_a_file(config):
+    assert from_json(json.loads(json.dumps(to_json(config)))) == config
+
+
+def test_runs_that_mujoco_simulates_have_no_feet():
+    with pytest.raises(InvalidData, match="mujoco knows no directional feet"):
+        RunConfig(body=BodyConfig(feet="evolved"), physics=Physics(simulator="mujoco"))
+
+
+def test_given_robots_have_feet_that_the_run_allows():
+    body = Morphology(5, (1, 2), (), "end")
+    robot = GivenRobot(body, Neat(n_inputs=2).random(random.Random(0)), "robot 3")
+    with pytest.raises(InvalidData, match="robot 3 has feet toward the end; this run's are none"):
+        create_algorithm(RunConfig(), [robot])
+    drawn = create_algorithm(RunConfig(body=BodyConfig(feet="evolved")), [robot]).ask()
+    assert drawn[0].morphology == body
+    assert {s.morphology.feet for s in drawn} == {"none", "start", "end"}
+
+
+@pytest.mark.parametrize("algorithm", ["dm-me", "vie-neat", "random", "map-elites-2d"])
+def test_every_algorithm_draws_the_feet_of_its_run(algorithm):
+    body = BodyConfig(feet="directional", feet_toward="start")
+    drawn = create_algorithm(RunConfig(algorithm=algorithm, body=body)).ask()
+    assert {s.morphology.feet for s in drawn} == {"start"}
 
 
 def test_the_task_of_a_run_has_its_sensors():

@@ -263,6 +263,7 @@ def test_a_robot_with_other_sensors_or_another_network_is_another_robot(evaluati
             if name not in ("built", "spread")
         },
     }
+    del content["physics"]["feet_forward"], content["physics"]["feet_backward"]
     # as it was before there was a choice
     expected = hashlib.sha256(json.dumps(content, separators=(",", ":")).encode())
     assert robot_hash(former, solution) == expected.hexdigest()
@@ -270,3 +271,12 @@ def test_a_robot_with_other_sensors_or_another_network_is_another_robot(evaluati
     others = [replaced(former, sensors="relative"), replaced(former, trials=zero)]
     assert len({robot_hash(config, solution) for config in [former, *others]}) == 3
     assert robot_hash(replaced(former, seed=9), solution) == expected.hexdigest()
+
+
+def test_feet_make_another_robot_and_so_does_their_friction(evaluation):
+    config, solution = preset("smoke"), evaluation.solution
+    footed = dataclasses.replace(solution, morphology=dataclasses.replace(solution.morphology, feet="end"))
+    slippery = replaced(config, physics=dataclasses.replace(config.physics, feet_forward=0.2))
+    assert robot_hash(slippery, solution) == robot_hash(config, solution)
+    hashes = {robot_hash(c, s) for c in (config, slippery) for s in (solution, footed)}
+    assert len(hashes) == 3

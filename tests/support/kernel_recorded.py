@@ -117,6 +117,8 @@ GATE = (
     Wall(centre=(0.02, -0.068, 0.06), half_size=(0.2, 0.02, 0.06), yaw=-0.05),
 )
 ACROSS = build_robot(Morphology(3, (3, 7, 1)), PHYSICS)
+FOOTED = build_robot(Morphology(3, (3, 7, 1), (), "start"), PHYSICS)
+"""The same with feet that grip one way."""
 STEPS = (
     Wall(centre=(0.05, 0.0, 0.01), half_size=(0.02, 0.03, 0.012), yaw=0.5),
     Wall(centre=(0.2, 0.02, 0.005), half_size=(0.01, 0.2, 0.012), yaw=0.2),

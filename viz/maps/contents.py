@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from engine.analysis.profile import still_limit
+from engine.body.feet import feet_note
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.search.archive import Cell
@@ -53,7 +54,7 @@ class ShownElite:
             stiff += f" ({stiffness_n_per_m(body.stiffness):.0f} N/m)"
         return (
             f"{words.gained(self.f_s, self.still_below)} · f_s {self.f_s:.2f} cm\n"
-            f"{body.n_modules} modules, {stiff}\n"
+            f"{body.n_modules} modules, {stiff}{feet_note(body.feet)}\n"
             f"robot {self.number}, generation {self.generation}"
         )
 

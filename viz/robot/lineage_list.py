@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
+from engine.body.feet import feet_note
 from engine.body.morphology import body_changes
 from engine.storage.rows import MAX_LINE, Ancestor
 from viz import theme
@@ -96,7 +97,7 @@ def origin(a: Ancestor, parent: Ancestor | None) -> str:
         return "the same robot under other noise"
     if a.is_founder:
         kind = (a.source or "given") if a.operator == "given" else "random"
-        return f"{kind}: {body.n_modules} modules, stiffness {body.stiffness_text}"
+        return f"{kind}: {body.n_modules} modules, stiffness {body.stiffness_text}{feet_note(body.feet)}"
     parts = body_changes(parent.morphology, body) if parent is not None else []
     if a.operator in ("controller", "both"):
         parts.append("network mutated")

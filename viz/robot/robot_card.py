@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.analysis.profile import still_limit
 from engine.analysis.robustness import Robustness
+from engine.body.feet import FEET_TEXT
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
@@ -59,6 +60,7 @@ def render(
         _ROW.format("modules", body.n_modules),
         _ROW.format("stiffness", _stiffness(body)),
         _ROW.format(_explained("faces", words.FACES), " ".join(map(str, body.faces))),
+        *([_ROW.format("feet", _feet(body, config))] if body.feet != "none" else ()),
         _ROW.format(
             _explained("head", words.HEAD), f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"
         ),
@@ -132,6 +134,12 @@ def _stiffness(body: Morphology) -> str:
     if body.stiffness_mode == "shared":
         return f"{body.stiffness_text} · {stiffness_n_per_m(body.stiffness):.1f} N/m"
     return f"{body.stiffness_text} (first to last)"
+
+
+def _feet(body: Morphology, config: RunConfig) -> str:
+    """Return which way the feet slide, and both coefficients of friction."""
+    physics = config.physics
+    return f"{FEET_TEXT[body.feet]} · {physics.feet_forward:g} / {physics.feet_backward:g}"
 
 
 def _headline(f_s: float | None, again: np.ndarray | None, still: float) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.body.feet import FEET_TEXT
 from engine.config import RunConfig
 from engine.errors import printable
 from engine.simulation.evaluation import Evaluation
@@ -67,6 +68,8 @@ def rows(entries: Sequence[Entry]) -> list[DifferenceRow]:
         ("faces", [" ".join(map(str, b.faces)) for b in bodies], nothing),
         ("head", ["last" if e.evaluation.head_is_end else "first" for e in entries], nothing),
     ]
+    if {b.feet for b in bodies} != {"none"}:
+        found.append(("feet", [FEET_TEXT[b.feet] for b in bodies], nothing))
     f_s = [
         None if e.evaluation.fitness is None else 100 * (t.target_distance - e.evaluation.fitness)
         for e, t in zip(entries, tasks, strict=True)

@@ -7,6 +7,7 @@ import html
 
 import numpy as np
 
+from engine.body.feet import feet_note
 from engine.body.morphology import N_FACES, Morphology
 from engine.config import RunConfig
 from engine.simulation.evaluation import Evaluation
@@ -157,7 +158,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
 
 def describe(body: Morphology) -> str:
     """Return a body in a few words."""
-    return f"{body.n_modules} modules, stiffness {body.stiffness_text}"
+    return f"{body.n_modules} modules, stiffness {body.stiffness_text}{feet_note(body.feet)}"
 
 
 _RIGHT = ' style="text-align:right;font-weight:inherit"'

@@ -30,7 +30,14 @@ def read_robot(robot: RobotModel) -> Robot:
     Raises:
         ValueError: its model has something that the kernel does not know; says what.
     """
-    return read_model(robot.model)._replace(speed_limit=speed_limit(robot), arena_radius=ARENA_RADIUS)
+    forward, backward = robot.feet_friction
+    return read_model(robot.model)._replace(
+        feet=float(robot.feet),
+        feet_forward=forward,
+        feet_backward=backward,
+        speed_limit=speed_limit(robot),
+        arena_radius=ARENA_RADIUS,
+    )
 
 
 def reason(code: int, robot: Robot) -> str:

@@ -6,6 +6,7 @@ from engine.simulation.kernel.guard import judge
 from engine.simulation.kernel.lanes.bare import bare
 from engine.simulation.kernel.lanes.compiling import compiled, entry_point, inlined
 from engine.simulation.kernel.lanes.simd import any_lane, load, store
+from engine.simulation.kernel.physics.feet import find_forward
 from engine.simulation.kernel.physics.ground import touch_ground
 from engine.simulation.kernel.physics.links import find_links
 from engine.simulation.kernel.physics.motion import free_motion, integrate
@@ -26,6 +27,8 @@ def advance(model: Model, state: State, n_steps: int) -> None:
 def _advance(model: Model, state: State, n_steps: int) -> None:
     for _ in range(n_steps):
         free_motion(model, state)
+        if model.n_footed:
+            find_forward(model, state)
         _search(model, state)
         _find_contacts(model, state)
         find_links(model, state)

@@ -7,10 +7,11 @@ import functools
 import json
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
+from engine.body.feet import Feet
 from engine.body.morphology import Morphology
 from engine.errors import UNEXPECTED_DATA, InvalidData
 from engine.simulation.evaluation import Evaluation
@@ -387,12 +388,15 @@ def _whole(value: Any) -> int:
 def body_text(body: Morphology) -> str:
     """Return a body as text: its stiffness level, or those of its modules, and its faces: ``8/24336``.
 
-    Its rhythms follow, if it has any: ``8/24336/01172``.
+    Its rhythms follow, if it has any, then its feet: ``8/24336/01172``, ``8/24336/01172/end``,
+    ``8/24336//end``.
     """
     level = body.stiffness_level
     levels = ",".join(map(str, level)) if isinstance(level, tuple) else str(level)
-    parts = [levels, *("".join(map(str, genes)) for genes in (body.faces, body.rhythms) if genes)]
-    return "/".join(parts)
+    parts = [levels, *("".join(map(str, genes)) for genes in (body.faces, body.rhythms))]
+    if body.feet != "none":
+        parts.append(body.feet)
+    return "/".join(parts).removesuffix("/")
 
 
 @functools.lru_cache(maxsize=4096)
@@ -403,12 +407,19 @@ def body_of(text: str) -> Morphology:
         InvalidData: it is no such text.
     """
     try:
-        levels, *digits = text.split("/", 2)
-        if not all(digits):
-            raise ValueError
+        levels, *rest = text.split("/", 3)
+        faces, rhythms, feet = (*rest, *("", "", "none")[len(rest) :])
         parts = tuple(map(int, levels.split(",")))
-        faces, rhythms = (tuple(map(int, genes)) for genes in (*digits, "")[:2])
-        return Morphology(parts if len(parts) > 1 else parts[0], faces, rhythms)
+        body = Morphology(
+            parts if len(parts) > 1 else parts[0],
+            tuple(map(int, faces)),
+            tuple(map(int, rhythms)),
+            cast(Feet, feet),
+        )
+        # one body has one text
+        if body_text(body) != text:
+            raise ValueError
+        return body
     except ValueError:
         raise InvalidData(f"{text!r:.60} is no body") from None
 

@@ -120,12 +120,13 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         "": "algorithm batch-size bonus cell-capacity controller-cells evaluations fill head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight crossover",
-        "variation.body.": "body-rate face-rate module-rate",
+        "body.": "feet feet-toward",
+        "variation.body.": "body-rate face-rate feet-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
         " neuron-add neuron-remove version weight-power weight-rate weight-replace",
         "trials.": "open-loop-time repeats settle-time trajectory-bits trial-time unfed-outputs",
-        "physics.": "contact-damping contact-time control-period friction impratio inertia-scale rod-inertia"
-        " servo-noise simulator timestep",
+        "physics.": "contact-damping contact-time control-period feet-backward feet-forward friction impratio"
+        " inertia-scale rod-inertia servo-noise simulator timestep",
         "vie-neat.": "boundary-rate compatibility-threshold controllers elitism maximise morphologies mutants"
         " species-elitism",
     }

@@ -15,6 +15,8 @@ from app.runs.run_form import EVERYDAY, FieldError, RunForm
 from engine.body.morphology import BodyRates
 from engine.config import PRESETS, RunConfig, replaced
 from engine.control.genome import NeatRates
+from engine.fabrication.as_built import search_physics
+from engine.fabrication.materials import load_materials
 from engine.search.map_search import MapSearchConfig
 from engine.search.variation import VariationConfig
 from engine.search.vie_neat import VieNeatConfig
@@ -120,3 +122,12 @@ def test_another_run_like_one_has_its_configuration_and_the_next_seed(form: RunF
     assert new.name == "mine-seed-5"
     form.fill(new.config, new.name)
     assert form.value().name == "mine-seed-6"
+
+
+def test_another_run_of_robots_as_built_is_one_of_robots_as_built(form: RunForm) -> None:
+    materials = load_materials("latex-cord")
+    physics = search_physics(PRESETS["smoke"].physics, materials, spread=True)
+    form.fill(dataclasses.replace(PRESETS["smoke"], physics=physics), "mine")
+    assert form.value().config.physics == physics
+    form._fill(None)
+    assert form.value().config.physics == PRESETS["quick"].physics

@@ -72,6 +72,24 @@ def test_another_physics_is_simulated_as_a_run_with_it_would_be(run, found):
     assert expected.fitness != evaluation.fitness
 
 
+def test_mujoco_is_compared_without_the_feet_that_it_does_not_know(run, found):
+    config, evaluation = run
+    body = dataclasses.replace(evaluation.solution.morphology, feet="end")
+    footed = dataclasses.replace(
+        evaluation, solution=dataclasses.replace(evaluation.solution, morphology=body)
+    )
+    mujoco = changed_physics(config.physics, simulator="mujoco")
+    compared = verify(config, footed, physics=mujoco, n_seeds=1)
+    assert not compared.identical
+    assert compared.plain.recorded_noise.distances.tobytes() == evaluation.distances.tobytes()
+    assert compared.own.recorded_noise.distances.tobytes() != evaluation.distances.tobytes()
+    assert compared.changed.physics == mujoco
+    assert compared.changed.recorded_noise.solution.morphology.feet == "none"
+    assert found.plain is None
+    with pytest.raises(InvalidData, match="mujoco knows no directional feet"):
+        resimulate(config, footed, physics=mujoco, n_seeds=1)
+
+
 def test_motion_is_recorded(found):
     for samples in (found.own, found.changed):
         motion = samples.motion

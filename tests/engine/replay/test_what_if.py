@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.body.morphology import with_face, with_modules, with_stiffness
+from engine.body.morphology import with_face, with_feet, with_modules, with_stiffness
 from engine.errors import InvalidData
 from engine.replay.replay import Replay
 from engine.replay.what_if import WhatIf, WhatIfReplay
@@ -87,6 +87,18 @@ def test_the_unchanged_body_does_exactly_what_was_recorded(small_reader: RunRead
         assert np.array_equal(ours.pose, theirs.pose)
         assert np.array_equal(ours.head, theirs.head)
         assert np.array_equal(ours.contacts, theirs.contacts)
+
+
+def test_a_variant_may_have_feet_whatever_the_run_has(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(2)
+    scores = []
+    for feet in ("end", "start"):
+        what_if = WhatIf(small_reader.config, evaluation, with_feet(evaluation.solution.morphology, feet))
+        what_if.run()
+        assert what_if.fitness is not None
+        scores.append(what_if.scores)
+    assert not np.array_equal(scores[0], evaluation.distances)
+    assert not np.array_equal(*scores)
 
 
 def test_a_variant_is_simulated_and_can_be_cancelled(small_reader: RunReader) -> None:

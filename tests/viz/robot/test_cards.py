@@ -81,6 +81,15 @@ def test_card_says_where_a_given_robot_is_from(small_reader: RunReader) -> None:
     assert "random" not in card
 
 
+def test_card_says_which_way_feet_slide(small_reader: RunReader) -> None:
+    evaluation = small_reader.evaluation(0)
+    assert "feet" not in robot_card.render(small_reader.config, evaluation, "here", 0)
+    body = dataclasses.replace(evaluation.solution.morphology, feet="start")
+    solution = dataclasses.replace(evaluation.solution, morphology=body)
+    footed = dataclasses.replace(evaluation, solution=solution)
+    assert "toward the start · 0.3 / 0.8" in robot_card.render(small_reader.config, footed, "here", 0)
+
+
 @pytest.mark.parametrize(
     ("operator", "said"),
     [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],

@@ -93,13 +93,23 @@ def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
         ],
         [
             "Friction between rod ends and floor",
-            f"coefficient {facts.config.physics.friction:g}",
+            _friction(facts),
             "not known how much it matters: crawl on the floor that you measured",
             "simulated",
         ],
     ]
     header = ("what", "should be", "may differ", "source")
     return blocks.grid(header, rows, blocks.columns(width, 27, 22, 38, 13))
+
+
+def _friction(facts: Facts) -> str:
+    physics = facts.config.physics
+    if facts.morphology.feet == "none":
+        return f"coefficient {physics.friction:g}"
+    return (
+        f"coefficient {physics.feet_forward:g} towards the {facts.morphology.feet} of the chain,"
+        f" {physics.feet_backward:g} else: feet that grip one way, for which this sheet has no part yet"
+    )
 
 
 def _stiffness(facts: Facts) -> str:

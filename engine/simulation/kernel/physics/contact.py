@@ -2,8 +2,8 @@
 
 A contact is a line of ``Work.contact``: its point from the rod's centre of mass 3, the acceleration that it
 seeks 3, force on the rod 3, acceleration per force 6 and the inverse 6, softness along the normal, largest
-eigenvalue across the normal, and the normal 3, which points from the ground or the wall into the rod. The
-inverse is 0 in lanes without the contact, so that its force stays 0 there.
+eigenvalue across the normal, the normal 3, which points from the wall into the rod, and the coefficient of
+friction. The inverse is 0 in lanes without the contact, so that its force stays 0 there.
 """
 
 from __future__ import annotations
@@ -89,7 +89,6 @@ def relax_on_ground(
     linear: Point,
     angular: Point,
     goes_on: Mask,
-    friction: float,
     across: float,
     over: float,
 ) -> Point:
@@ -101,7 +100,6 @@ def relax_on_ground(
         linear: acceleration of the rod.
         angular: its angular acceleration.
         goes_on: lanes whose force may change.
-        friction: coefficient.
         across: softness across the normal as a part of that along it.
         over: how much further than it seeks a force within the cone is moved.
     """
@@ -114,6 +112,7 @@ def relax_on_ground(
         residual[2] + soft * f[2],
     )
     new = sub(f, scale(transform(load6(contact, c + 15), residual), over))
+    friction = load(contact, c + 26)
     limit = friction * new[2]
     outside = ((new[2] < 0.0) | (new[0] * new[0] + new[1] * new[1] > limit * limit)) & goes_on
     if any_lane(outside):
@@ -133,7 +132,6 @@ def relax_on_wall(
     linear: Point,
     angular: Point,
     goes_on: Mask,
-    friction: float,
     across: float,
     over: float,
 ) -> Point:
@@ -144,7 +142,14 @@ def relax_on_wall(
     residual = add(residual, add(scale(f, soft_across), scale(normal, (soft - soft_across) * dot(normal, f))))
     new = sub(f, scale(transform(load6(contact, c + 15), residual), over))
     new = within_cone(
-        new, f, residual, load6(contact, c + 9), load(contact, c + 22), normal, friction, goes_on
+        new,
+        f,
+        residual,
+        load6(contact, c + 9),
+        load(contact, c + 22),
+        normal,
+        load(contact, c + 26),
+        goes_on,
     )
     store3(contact, c + 6, new)
     return sub(new, f)
@@ -158,7 +163,7 @@ def within_cone(
     response: Symmetric,
     bound: Real,
     normal: Point,
-    friction: float,
+    friction: Real,
     goes_on: Mask,
 ) -> Point:
     """Return a contact's next force: ``new`` where it lies within the cone, f where nothing may change."""

@@ -226,7 +226,7 @@ def _set(model: Model, state: State, k: int, swept: Point, new: Point, goes_on: 
             load(model.place_mass, b),
         )
     elif kind == PAIR_FORCE:
-        force3 = select3(goes_on, _bounded(model, new, load3(work.pair, PAIR * n)), swept)
+        force3 = select3(goes_on, _bounded(new, load3(work.pair, PAIR * n), model.friction), swept)
         store3(work.pair, PAIR * n + 12, force3)
         push_pair(model, state, n, sub(force3, swept))
     else:
@@ -234,16 +234,17 @@ def _set(model: Model, state: State, k: int, swept: Point, new: Point, goes_on: 
         normal = (zero, zero, zero + 1.0)
         if work.contact_slot[n] >= 2 * RODS * model.n_modules:
             normal = load3(work.contact, CONTACT * n + 23)
-        force3 = select3(goes_on, _bounded(model, new, normal), swept)
+        friction = load(work.contact, CONTACT * n + 26)
+        force3 = select3(goes_on, _bounded(new, normal, friction), swept)
         store3(work.contact, CONTACT * n + 6, force3)
         push_place(model, state, work.force_place[k], load3(work.contact, CONTACT * n), sub(force3, swept))
 
 
 @inlined
-def _bounded(model: Model, force: Point, normal: Point) -> Point:
+def _bounded(force: Point, normal: Point, friction: Real) -> Point:
     """Return a force brought back into its cone: what pushes stays, what is across is cut."""
     pushed = dot(normal, force)
     across = sub(force, scale(normal, pushed))
     pushed = maximum(pushed, 0.0)
     size = square_root(maximum(dot(across, across), TINY))
-    return add(scale(normal, pushed), scale(across, minimum(model.friction * pushed / size, 1.0)))
+    return add(scale(normal, pushed), scale(across, minimum(friction * pushed / size, 1.0)))

@@ -24,7 +24,7 @@ NO_CURVATURE: float = 1e-15
 
 @inlined
 def slide(
-    f: Point, residual: Point, stiffness: Symmetric, bound: Real, normal: Point, friction: float
+    f: Point, residual: Point, stiffness: Symmetric, bound: Real, normal: Point, friction: Real
 ) -> Point:
     """Return a contact's next force where the unconstrained one lies outside the cone.
 

@@ -6,6 +6,7 @@ from engine.simulation.kernel.lanes.algebra import add, cross, load3, scale, sto
 from engine.simulation.kernel.lanes.compiling import compiled
 from engine.simulation.kernel.lanes.simd import any_lane, load, splat, square_root, store
 from engine.simulation.kernel.physics.contact import store_inverse, where_there
+from engine.simulation.kernel.physics.feet import friction_at
 from engine.simulation.kernel.physics.softness import impedance, plus_rod
 from engine.simulation.kernel.physics.state import CONTACT, POSE, State
 from engine.simulation.kernel.robots.model import Model
@@ -54,6 +55,7 @@ def touch_ground(model: Model, state: State, k: int, n: int) -> int:
         store_inverse(contact, c + 15, there, response)
         store(contact, c + 21, soft)
         store(contact, c + 22, mean + square_root(part * part + response[1] * response[1]))
+        store(contact, c + 26, friction_at(model, state, k, velocity))
         state.work.contact_slot[n] = slot
         n += 1
     return n

@@ -174,11 +174,9 @@ def _relax_island(
                 c = CONTACT * n
                 linear, angular = load3(acceleration, at), load3(acceleration, at + 3)
                 if work.contact_slot[n] < n_ground:
-                    moved = relax_on_ground(
-                        contact, c, linear, angular, goes_on, model.friction, across, over
-                    )
+                    moved = relax_on_ground(contact, c, linear, angular, goes_on, across, over)
                 else:
-                    moved = relax_on_wall(contact, c, linear, angular, goes_on, model.friction, across, over)
+                    moved = relax_on_wall(contact, c, linear, angular, goes_on, across, over)
                 push_place(model, state, k, load3(contact, c), moved)
         change = maximum(
             _difference(acceleration, a, before_a, model.half_length),

@@ -23,7 +23,7 @@ POSE: Final = 15
 from its middle, angular velocity, centre and velocity of the centre."""
 ACCELERATION: Final = 6
 """Numbers of a rod's acceleration: of its centre of mass, less what its turning alone gives, and angular."""
-CONTACT: Final = 26
+CONTACT: Final = 27
 """Numbers of a contact of a rod with the ground or a wall (``contacts``)."""
 PAIR: Final = 29
 """Numbers of a contact of two rods (``rod_contacts``)."""
@@ -46,8 +46,9 @@ class Work(NamedTuple):
     Attributes:
         pose: (places x 15,) see ``POSE``.
         acceleration: (places x 6,) see ``ACCELERATION``.
+        forward: (places x 3,) unit vector on the ground along which a rod's feet slide (``feet``).
         module: (6 x 18,) rotations and loads of one module's rods.
-        contact: (contacts x 26,) contacts with ground and walls, those of a rod next to each other.
+        contact: (contacts x 27,) contacts with ground and walls, those of a rod next to each other.
         contact_slot: per contact where its force is kept.
         contact_start: (islands x 2 + 1,) first contact of an island's first and second place.
         search: (forces x 39,) see ``SEARCH``; forces of contacts, links and pairs.
@@ -71,6 +72,7 @@ class Work(NamedTuple):
 
     pose: np.ndarray
     acceleration: np.ndarray
+    forward: np.ndarray
     module: np.ndarray
     contact: np.ndarray
     contact_slot: np.ndarray
@@ -164,6 +166,7 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
     work = Work(
         pose=reals(POSE * rods),
         acceleration=reals(ACCELERATION * rods),
+        forward=reals(3 * rods),
         module=reals(18 * RODS),
         contact=reals(CONTACT * contacts),
         contact_slot=numbers(contacts),

@@ -228,6 +228,7 @@ def _touch(
     store(contact, c + 21, soft)
     store(contact, c + 22, largest_across(response, normal))
     store3(contact, c + 23, normal)
+    store(contact, c + 26, splat(contact, model.friction))
     state.work.contact_slot[n] = slot
     return n + 1
 

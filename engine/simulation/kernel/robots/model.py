@@ -29,7 +29,7 @@ from engine.simulation.kernel.lanes.simd import (
 )
 from engine.simulation.kernel.robots.parameters import RODS, Robot
 
-_OWN: Final = frozenset({"stiffness", "speed_limit", "links", "link_arms", "link_weight", "apart"})
+_OWN: Final = frozenset({"stiffness", "feet", "speed_limit", "links", "link_arms", "link_weight", "apart"})
 """The fields of ``Robot`` that may differ between robots that share a vector."""
 
 
@@ -40,6 +40,8 @@ class Model(NamedTuple):
         n_modules: m, of all robots. The attributes that are not explained here are ``Robot``'s, the same for
             all robots.
         stiffness: (m,) vectors.
+        feet: one vector.
+        n_footed: number of lanes in which it is not 0.
         speed_limit: one vector.
         n_links: links of every robot.
         link_arms: (links x 2,) vectors.
@@ -78,6 +80,11 @@ class Model(NamedTuple):
     half_length: float
     radius: float
     friction: float
+    feet: Reals
+    n_footed: int
+    feet_forward: float
+    feet_backward: float
+    feet_hold: float
     impratio: float
     contact_impedance: tuple[float, float, float]
     contact_stiffness: float
@@ -139,6 +146,8 @@ def model_of(robots: Sequence[Robot]) -> Model:
     return Model(
         **{field: getattr(first, field) for field in _COMMON},
         stiffness=_vectors([r.stiffness for r in robots]),
+        feet=_vectors([[r.feet] for r in robots]),
+        n_footed=sum(r.feet != 0.0 for r in robots),
         speed_limit=_vectors([[r.speed_limit] for r in robots]),
         n_links=n_links,
         link_arms=_vectors([r.link_arms.ravel() for r in robots]),

@@ -28,6 +28,8 @@ SETTLED: Final = 1e-8
 """Default of ``Robot.settled``, in m/s; ``solver`` says why."""
 MOST_SWEEPS: Final = 200
 """Default of ``Robot.most_sweeps``."""
+FEET_HOLD: Final = 3e-6
+"""Default of ``Robot.feet_hold``, in m/s; docs/feet.md says why."""
 JOINT: Final = 7
 """Numbers of a free joint's position: centre and quaternion."""
 _ON_AXIS: Final = 1e-12
@@ -56,6 +58,9 @@ class Robot(NamedTuple):
         centre_of_mass: (3,) of rod 0 of a module from its middle; the others' are in the middle.
         half_length, radius: of a rod's capsule.
         friction: its coefficient.
+        feet: 0, or 1 or -1 with feet that slide towards the end or the start of the chain.
+        feet_forward, feet_backward: coefficients of feet that slide that way, and of those that do not.
+        feet_hold: speed in m/s up to which a foot does not slide.
         impratio: ratio of the softness of a contact along its normal to that across.
         contact_impedance: least and largest impedance and the depth over which it rises.
         contact_stiffness, contact_damping: of a contact's reference acceleration.
@@ -93,6 +98,10 @@ class Robot(NamedTuple):
     half_length: float
     radius: float
     friction: float
+    feet: float
+    feet_forward: float
+    feet_backward: float
+    feet_hold: float
     impratio: float
     contact_impedance: tuple[float, float, float]
     contact_stiffness: float
@@ -142,6 +151,10 @@ def read_model(model: mujoco.MjModel) -> Robot:
         **_servos(model),
         **_rods(model, n),
         **_contacts(model),
+        feet=0.0,
+        feet_forward=0.0,
+        feet_backward=0.0,
+        feet_hold=FEET_HOLD,
         **_links(model, links, link_rods, link_anchors),
         speed_limit=math.inf,
         arena_radius=math.inf,

@@ -8,7 +8,7 @@ import pytest
 from engine.simulation.kernel.batch import KernelBatch
 from engine.simulation.kernel.lanes import simd
 from engine.tasks.walls import Wall
-from tests.support.kernel_recorded import ACROSS, BETWEEN, FREE, GATE, PHYSICS, STEPS, commands
+from tests.support.kernel_recorded import ACROSS, BETWEEN, FOOTED, FREE, GATE, PHYSICS, STEPS, commands
 
 N_UPDATES = 60
 WALLS = [(), GATE, STEPS[:2]]
@@ -39,6 +39,12 @@ def drive(batch, first, last, seed=5):
 @pytest.fixture(scope="module")
 def expected():
     return run([ACROSS], width=8)
+
+
+def test_width_does_not_matter_to_feet(expected):
+    batch, wide = run([FOOTED], width=1), run([FOOTED], width=8)
+    assert batch.state().tobytes() == wide.state().tobytes()
+    assert batch.state().tobytes() != expected.state().tobytes()
 
 
 def test_width_does_not_matter(expected):

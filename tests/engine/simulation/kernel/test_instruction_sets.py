@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import os
 import subprocess
@@ -11,16 +12,17 @@ import llvmlite.binding as llvm
 import pytest
 
 from engine.tasks import GOAL_REACHING, SQUEEZING
-from tests.support.kernel_driven import EVERYTHING, all_bytes, driven, trials
+from tests.support.kernel_driven import EVERYTHING, MORPHOLOGY, all_bytes, driven, trials
 
 _FEATURES = llvm.get_host_cpu_features()
 
 
 def trial_hash(width=8):
-    """Return a digest of all that is known of three trials of 1.2 s of either task."""
+    """Return a digest of all that is known of three trials of 1.2 s of either task, one with feet."""
     digest = hashlib.sha256()
-    for task in (GOAL_REACHING, SQUEEZING):
-        three = trials(driven(task, width=width), range(3), width=width)
+    for task, feet in ((GOAL_REACHING, "end"), (SQUEEZING, "none")):
+        body = dataclasses.replace(MORPHOLOGY, feet=feet)
+        three = trials(driven(task, morphology=body, width=width), range(3), width=width)
         digest.update(b"".join(all_bytes(three, three.run(60, EVERYTHING))))
     return digest.hexdigest()
 

@@ -1,0 +1,102 @@
+"""A run with feet that grip one way, through the commands that a user types."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import main
+from engine.search.archive import cell_name
+from engine.storage.reader import RunReader
+from tests.support.run_hash import hash_of
+
+Read = pytest.CaptureFixture[str]
+COMMON = "--preset smoke --workers 1 --pool threads".split()
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("feet") / "feet.tsmr"
+    main(["evolve", str(path), *COMMON, "--body.feet", "evolved", "--variation.body.feet-rate", "0.5"])
+    return path
+
+
+def test_every_kind_of_feet_is_there_and_mutates(run: Path) -> None:
+    with RunReader(run) as reader:
+        found = {e.solution.number: e.solution for _, e in reader.each_evaluation()}
+    assert {s.morphology.feet for s in found.values()} == {"none", "start", "end"}
+    changed = [
+        s
+        for s in found.values()
+        if s.parent is not None and found[s.parent].morphology.feet != s.morphology.feet
+    ]
+    assert changed
+    assert {s.operator for s in changed} <= {"morphology", "both"}
+
+
+def test_info_names_them(run: Path, capsys: Read) -> None:
+    main(["info", str(run)])
+    out = " ".join(capsys.readouterr().out.split())
+    assert "evolved (none or toward the start or toward the end), friction 0.3 forward, 0.8 backward" in out
+    main(["info", str(run), "--json"])
+    assert json.loads(capsys.readouterr().out)["feet"] == "evolved"
+
+
+def test_a_table_has_them(run: Path, tmp_path: Path) -> None:
+    main(["table", str(run), "--out", str(tmp_path / "t.csv")])
+    with (tmp_path / "t.csv").open(encoding="utf-8") as f:
+        bodies = [json.loads(row["solution_morphology"]) for row in csv.DictReader(f)]
+    assert {b.get("feet") for b in bodies} == {None, "start", "end"}
+
+
+def test_verify_says_what_mujoco_does_not_know(run: Path, capsys: Read) -> None:
+    with RunReader(run) as reader:
+        last = reader.last_generation()
+        assert last is not None
+        held = reader.contents("morphology", last)
+        cell = next(c for c, e in held.items() if e.solution.morphology.feet == "start")
+    main(["verify", str(run), "--cell", cell_name(cell), "--simulator", "mujoco", "--seeds", "1"])
+    out = " ".join(capsys.readouterr().out.split())
+    assert "feet toward the start" in out
+    assert "identical to what was recorded" in out
+    assert "MuJoCo knows no feet that grip one way" in out
+    assert "Without feet, kernel" in out
+
+
+def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> None:
+    short = [*COMMON, "--evaluations", "16"]
+    main(["evolve", str(tmp_path / "plain.tsmr"), *short])
+    main(["evolve", str(tmp_path / "none.tsmr"), *short, "--body.feet", "none"])
+    toward = ["--body.feet", "directional", "--body.feet-toward", "start"]
+    main(["evolve", str(tmp_path / "feet.tsmr"), *short, *toward])
+    assert hash_of(tmp_path / "plain.tsmr") == hash_of(tmp_path / "none.tsmr")
+    found = []
+    for name in ("plain", "feet"):
+        with RunReader(tmp_path / f"{name}.tsmr") as reader:
+            found.append([e for _, e in reader.each_evaluation()])
+    for plain, feet in zip(*found, strict=True):
+        assert plain.solution.controller == feet.solution.controller
+        assert plain.solution.morphology.faces == feet.solution.morphology.faces
+        assert feet.solution.morphology.feet == "start"
+        assert plain.distances.tobytes() != feet.distances.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ("--physics.feet-backward 0.2", "backward at least as large as forward"),
+        ("--physics.feet-forward -1", "feet_forward must be positive"),
+        ("--physics.feet-backward 6", "at most 5"),
+        ("--body.feet evolved --physics.simulator mujoco", "knows no directional feet"),
+        ("--variation.body.feet-rate 2", "feet_rate must be from 0 to 1"),
+    ],
+)
+def test_impossible_feet_get_one_line(tmp_path: Path, flags: str, said: str, capsys: Read) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["evolve", str(tmp_path / "x.tsmr"), "--preset", "smoke", *flags.split()])
+    error = " ".join((capsys.readouterr().err or str(stopped.value.code)).split())
+    assert said in error
+    assert not list(tmp_path.iterdir())
