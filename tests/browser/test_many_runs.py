@@ -34,7 +34,7 @@ def test_runs_are_found_noted_renamed_repeated_and_deleted(
         page.get_by_text("Configuration", exact=True).click()
         expect(page.locator(".ta-configuration pre")).to_contain_text("seed = 7")
         field_of(page, "Note")
-        note = page.locator("textarea")
+        note = page.locator("textarea:not([aria-hidden])")
         note.fill("wins by luck")
         page.get_by_role("button", name="Keep note").click()
         expect(page.get_by_text("The note lies beside")).to_be_visible()
