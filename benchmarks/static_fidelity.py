@@ -31,6 +31,7 @@ class SingleModule:
     stiffness_level: int
     faces: tuple[int, ...] = (1,)
     n_modules: int = 1
+    feet: str = "none"
 
     @property
     def stiffness_levels(self) -> tuple[int, ...]:

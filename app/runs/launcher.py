@@ -16,9 +16,8 @@ import socket
 import subprocess
 import time
 import typing
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from app.runs.library import NEW_RUNS, PAUSED_SUFFIX
 from app.worker_flags import check_workers
@@ -26,7 +25,8 @@ from engine import config
 from engine.children import command_line
 from engine.config import RunConfig
 from engine.errors import InvalidData, RunFileError
-from engine.files import open_file
+from engine.files import open_file, write_files
+from engine.runs.described import describe
 from engine.storage.lock import holder_of, is_being_written
 from engine.storage.schema import SUFFIX
 from engine.tasks import BUILT_IN
@@ -103,15 +103,23 @@ def start(new: NewRun) -> Path:
     path = (NEW_RUNS / f"{name}{SUFFIX}").resolve()
     if path.exists():
         raise RunFileError(f"{path.name} exists already; choose another name")
-    return _launch(path, ["evolve", str(path), *flags(new)])
+    described = path.with_suffix(".toml")
+    try:
+        described.parent.mkdir(parents=True, exist_ok=True)
+        write_files({described: describe(new.config)})
+    except OSError as e:
+        raise RunFileError(f"{described} cannot be written: {e.strerror}") from None
+    try:
+        return _launch(path, ["evolve", str(path), *flags(new, described)])
+    finally:  # the run file has the configuration
+        described.unlink(missing_ok=True)
 
 
-def flags(new: NewRun) -> list[str]:
-    """Return the command line's flags of a run: preset, where its configuration differs, given robots."""
-    differing = _differing(config.to_json(new.config), config.to_json(config.preset(new.preset)))
+def flags(new: NewRun, described: Path) -> list[str]:
+    """Return the command line's flags of a run whose configuration a TOML file describes."""
     given = ["--from", *new.given] if new.given else []
     pool = ["--pool", "threads"] if new.in_one_process else []
-    return ["--preset", new.preset, "--workers", str(new.workers), *pool, *differing, *given]
+    return ["--config", str(described), "--workers", str(new.workers), *pool, *given]
 
 
 def resume(path: Path, *, workers: int) -> Path:
@@ -194,17 +202,6 @@ def last_words(path: Path) -> tuple[str, ...] | None:
 def _mark(marker: Path) -> None:
     with contextlib.suppress(OSError):  # it only decides what the run is called
         marker.touch()
-
-
-def _differing(values: Mapping[str, Any], base: Mapping[str, Any], prefix: str = "--") -> list[str]:
-    parts: list[str] = []
-    for name, mine in values.items():
-        theirs, flag = base[name], prefix + name.replace("_", "-")
-        if isinstance(mine, dict):
-            parts += _differing(mine, theirs, f"{flag}.")
-        elif mine != theirs:
-            parts += [flag, *map(str, mine)] if isinstance(mine, tuple) else [flag, str(mine)]
-    return parts
 
 
 def _launch(path: Path, arguments: list[str]) -> Path:

@@ -57,15 +57,15 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
     where = ("--archive", "grid", "--cell", ",".join(map(str, cell)))
     status, _, err = tensatlas("export", "a.tsmr", *where, "--out", "robot")
     assert (status, f"robot {number}" in err) == (0, True)
-    # the cables of a module are one net, those of each stiffness on a line of their own
+    # the passive cables of each stiffness are on a line of their own
     with open("robot/bill_of_materials.csv", newline="") as f:
-        nets = [row for row in csv.DictReader(f) if row["part"].startswith("net")]
+        cables = [row for row in csv.DictReader(f) if row["part"].startswith("passive cable")]
     levels = sorted(set(body.stiffness_levels))
     assert len(levels) > 1
-    assert [row["part"] for row in nets] == [f"net_stiffness_{level / 10:.1f}" for level in levels]
-    for row, level in zip(nets, levels, strict=True):
+    assert [row["part"] for row in cables] == [f"passive cable, stiffness {k / 10:.1f}" for k in levels]
+    for row, level in zip(cables, levels, strict=True):
         modules = [i for i, own in enumerate(body.stiffness_levels) if own == level]
-        assert int(row["quantity"]) == len(modules)
+        assert int(row["quantity"]) == 24 * len(modules)
         assert row["note"].endswith(f"; modules {', '.join(map(str, modules))}")
     assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
     status, out, _ = tensatlas("verify", "a.tsmr", *where, "--seeds", 1, "--workers", 1)

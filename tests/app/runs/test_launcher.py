@@ -20,7 +20,10 @@ from app.runs.launcher import NewRun, choices, flags, last_words, log_path, paus
 from app.runs.library import run_state
 from engine.config import PRESETS, AlgorithmName, RunConfig, preset, replaced
 from engine.errors import InvalidData, RunFileError
+from engine.fabrication.as_built import search_physics
+from engine.fabrication.materials import load_materials
 from engine.runs.breeding import Breeding, breeding_config
+from engine.runs.described import describe
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
@@ -105,23 +108,32 @@ configurations = st.builds(
 )
 
 
+@pytest.fixture(scope="module")
+def described(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("described") / "x.toml"
+
+
 @settings(deadline=None, max_examples=25)
 @given(configurations, st.sampled_from(list(PRESETS)))
 def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
-    config: RunConfig, name: str
+    described: Path, config: RunConfig, name: str
 ) -> None:
-    arguments = flags(NewRun(name="x", preset=name, config=config, workers=3))
+    described.write_text(describe(config), encoding="utf-8")
+    arguments = flags(NewRun(name="x", preset=name, config=config, workers=3), described)
     parsed = main._parse(["evolve", "x.tsmr", *arguments])
     assert isinstance(parsed, Evolve)
     assert parsed.config == config
     assert parsed.computing.workers == 3
 
 
-def test_a_run_from_given_robots_names_them_on_the_command_line() -> None:
+def test_a_run_from_given_robots_names_them_on_the_command_line(described: Path) -> None:
     given = ("/a b/mine.tsmr#63,7", "/a b/other.tsmr#1")
     config = breeding_config(Breeding(strength=0.3, hold="bodies", seed=4), [PRESETS["paper"]] * 2)
+    physics = search_physics(config.physics, load_materials("latex-cord"), spread=True)
+    config = dataclasses.replace(config, physics=physics)
+    described.write_text(describe(config), encoding="utf-8")
     new = dataclasses.replace(NEW, config=config, given=given, in_one_process=True)
-    parsed = main._parse(["evolve", "x.tsmr", *flags(new)])
+    parsed = main._parse(["evolve", "x.tsmr", *flags(new, described)])
     assert isinstance(parsed, Evolve)
     assert parsed.computing.pool == "threads"
     assert parsed.given == given
@@ -132,6 +144,7 @@ def test_a_run_pauses_goes_on_and_is_found_after_it_was_killed(workplace: Path) 
     path = start(dataclasses.replace(LONG, name="long.tsmr"))
     try:
         assert path == workplace / "runs" / "long.tsmr"
+        assert not path.with_suffix(".toml").exists()
         assert is_being_written(path)
         with pytest.raises(RunFileError, match="exists already"):
             start(dataclasses.replace(LONG, name="long"))

@@ -11,9 +11,12 @@ from hypothesis import strategies as st
 from numba import njit
 
 from engine.body import servo
+from engine.simulation.built import Built
 from engine.simulation.kernel.lanes import simd
 from engine.simulation.kernel.loop import network, servos
 from tests.support.made_up import examples
+
+PERIOD = 0.02
 
 
 @njit
@@ -26,7 +29,7 @@ def _command(model, networks, values, time, commanded):
 def commanded(outputs, time, pairs, width):
     """Return (samples, modules, 5) lengths for (samples, 2 x modules) outputs."""
     n = len(pairs)
-    model = servos.make_servos([pairs], n_modules=n, width=width)
+    model = servos.make_servos([pairs], Built(), PERIOD, n_modules=n, width=width)
     networks = driving(np.full((1, width), True), 2 * n)
     values, lengths = simd.reals(2 * n, width=width), simd.reals(5 * n, width=width)
     found = []
@@ -69,7 +72,7 @@ def test_commands_are_engine_servos(update, outputs, pairs):
 def test_every_lane_is_driven_by_its_own_network():
     outputs = np.random.default_rng(1).uniform(size=(8, 2, 6))
     pairs, first = [(0, 1, 2), (2, 1, 0)], np.arange(8) % 3 == 0
-    model = servos.make_servos(pairs, n_modules=3, width=8)
+    model = servos.make_servos(pairs, Built(), PERIOD, n_modules=3, width=8)
     values, lengths = simd.reals(12, width=8), simd.reals(15, width=8)
     simd.by_lane(values)[:] = outputs.reshape(8, 12).T
     _command(model, driving(np.array([first, ~first]), 6), values, 0.4, lengths)
