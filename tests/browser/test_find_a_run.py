@@ -13,6 +13,7 @@ from app.server.server import serve
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from tests.support.processes import free_port
+from tests.support.widgets import best_distance
 
 Visit = Callable[[str], Page]
 LOSE_WHAT_IS_SENT_FIRST = """
@@ -34,6 +35,9 @@ def test_an_address_leads_to_a_robot_follows_the_selection_and_outlives_a_restar
         held = reader.placements("morphology", generation.number)
         early = reader.placements("morphology", 0)
     cell, number = next((c, n) for c, n in held.items() if held[c] != early.get(c))
+    other, other_number = next((c, n) for c, n in held.items() if c != cell)
+    with RunReader(small_run) as reader:
+        target, _ = best_distance(reader.evaluation(other_number))
     old_cell, old_number = next((c, n) for c, n in early.items() if c != cell)
     port = free_port()
     base = f"http://127.0.0.1:{port}/"
@@ -48,11 +52,12 @@ def test_an_address_leads_to_a_robot_follows_the_selection_and_outlives_a_restar
         here = f"{base}?run=small&archive=morphology&cell={cell_name(cell)}&robot={number}"
         expect(page).to_have_url(f"{here}&target=2")
         # the address says where a click led
-        other, other_number = next((c, n) for c, n in held.items() if c != cell)
         # without the mouse: it waits for frames, of which a busy machine draws few
         tile = page.locator(f'[data-c="morphology:{cell_name(other)}"]')
         tile.dispatch_event("pointerdown", {"button": 0})
         there = f"{base}?run=small&archive=morphology&cell={cell_name(other)}&robot={other_number}"
+        if target:  # a click leads to the target that the robot reaches best
+            there += f"&target={target + 1}"
         expect(page).to_have_url(there)
     with serve([grid_run, small_run], host="127.0.0.1", port=port):
         # the page connects to the new server by itself, and keeps its place in it

@@ -56,7 +56,7 @@ def test_a_phone_begins_with_the_maps(address: str, chromium: Browser) -> None:
     page = context.new_page()
     page.set_default_timeout(WAIT)
     page.goto(address)
-    map_, robot = page.locator("svg.ta-map").first, page.get_by_text("Every cell of a map is a robot")
+    map_, robot = page.locator("svg.ta-map").first, page.locator(".ta-card")
     expect(map_).to_be_visible()
     expect(robot).to_be_attached()
     # the sheet is still growing when its map is there

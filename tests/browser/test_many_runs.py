@@ -44,13 +44,13 @@ def test_runs_are_found_noted_renamed_repeated_and_deleted(
         assert (folder / "lucky.tsmr.note.txt").read_text() == "wins by luck"
         assert not (folder / "run-03.tsmr").exists()
 
-        # found by its note, and by its algorithm among those sorted
+        # found by its note, and by its name among those sorted
         page.locator(".ta-run").click()
         expect(rows).to_have_count(13)
         choose(page, "Sort by", "best f_s")
         field_of(page, "Search").fill("luck")
         expect(rows).to_have_count(1)
-        field_of(page, "Search").fill("map-elites")
+        field_of(page, "Search").fill("grid")
         expect(rows).to_have_count(1)
         expect(rows).to_contain_text("grid")
         field_of(page, "Search").fill("")

@@ -90,7 +90,7 @@ def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
     assert svg.get_attribute("data-c") is None
 
     # as large as the window: another robot there, and back
-    page.get_by_role("button", name="Enlarge").click()
+    page.get_by_role("button", name="Enlarge").first.click()
     large = page.locator("dialog svg")
     expect(large).to_be_visible()
     x, y = g.corner(source)

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.server import serve
+from engine.config import task_of
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
@@ -43,6 +44,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
     replay = Replay(small_reader.config, evaluation, target=best)
     replay.advance(replay.trial_time)
     body, controller = evaluation.solution.morphology, evaluation.solution.controller
+    unit = task_of(small_reader.config).units[0]
     diagram = NetworkDiagram(controller, body.n_modules, ("", ""), head_is_end=evaluation.head_is_end)
     with serve([small_run], host="127.0.0.1", port=0) as server:
         page = visit(f"http://127.0.0.1:{server.get_port()}")
@@ -59,7 +61,7 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         seen = []
         for moment in (0.5, 1.5):
             seek(page, moment)
-            expect(page.locator(".ta-sensed")).to_contain_text(senses(replay, moment))
+            expect(page.locator(".ta-sensed")).to_contain_text(senses(replay, unit, moment))
             style = live(page, ".ta-network .b0{")
             assert style in {diagram.style(diagram.network.neurons(f)) for f in sensed_near(replay, moment)}
             seen.append(page.locator(".ta-sensed").text_content())
@@ -158,8 +160,9 @@ def sensed_near(replay: Replay, moment: float) -> list[np.ndarray]:
     return [s for s in near if s is not None]
 
 
-def senses(replay: Replay, moment: float) -> re.Pattern[str]:
-    return re.compile("|".join(re.escape(f"{s[0]:.1f} cm") for s in sensed_near(replay, moment)))
+def senses(replay: Replay, unit: float, moment: float) -> re.Pattern[str]:
+    """Return the distances that a page may show for a moment; the network gets them times a unit's factor."""
+    return re.compile("|".join(re.escape(f"{100 * s[0] / unit:.1f} cm") for s in sensed_near(replay, moment)))
 
 
 def seek(page: Page, seconds: float) -> None:
