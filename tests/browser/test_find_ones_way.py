@@ -61,8 +61,11 @@ def test_a_phone_begins_with_the_maps(address: str, chromium: Browser) -> None:
     expect(robot).to_be_attached()
     # the sheet is still growing when its map is there
     page.wait_for_function("document.querySelector('svg.ta-map').getBoundingClientRect().y < 844 - 200")
-    above, below = map_.bounding_box(), robot.bounding_box()
-    assert above is not None
-    assert below is not None
-    assert below["y"] > above["y"] + above["height"]
+    above, below = page.evaluate(
+        """() => ['svg.ta-map', '.ta-card'].map(name => {
+            const box = document.querySelector(name).getBoundingClientRect();
+            return [box.top, box.bottom];
+        })"""
+    )
+    assert below[0] > above[1]
     context.close()

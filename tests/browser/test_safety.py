@@ -81,7 +81,7 @@ def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
         tiles.first.click(force=True, no_wait_after=True)
         expect(page.locator(".ta-card")).to_be_visible()
         tiles.last.click(force=True, no_wait_after=True)
-        expect(page.get_by_text("enough simulation for a visitor")).to_be_visible()
+        expect(page.get_by_text("enough simulation for a visitor").first).to_be_visible()
         # nor by sending what the page does not offer
         (client,) = server.get_clients().values()
         assert not {"Start", "Name", "Workers"} & {str(c.label) for c in inputs_of(client.gui)}

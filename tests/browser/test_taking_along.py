@@ -23,7 +23,7 @@ pytestmark = pytest.mark.browser
 def download(page: Page, button: str) -> tuple[str, bytes]:
     """Click a button; return name and content of the file that arrives."""
     with page.expect_download(timeout=180_000) as waiting:
-        page.get_by_role("button", name=button).click()
+        page.get_by_role("button", name=re.compile(f"^{button}")).click()
     return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
 
