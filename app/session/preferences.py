@@ -29,8 +29,8 @@ class ThemeSwitch:
 
     def toggle(self) -> None:
         """Show the other theme from now on."""
+        self._memory.change(f"localStorage.setItem('{KEY}','{'light' if self.dark else 'dark'}')")
         self._show(dark=not self.dark)
-        self._memory.change(f"localStorage.setItem('{KEY}','{'dark' if self.dark else 'light'}')")
 
     def _remembered(self, text: str) -> None:
         if text == "light":

@@ -76,6 +76,7 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, t
     page.get_by_role("button", name="Light or dark").click()
     light = page.locator('html[data-mantine-color-scheme="light"]')
     expect(light).to_be_attached()
+    page.wait_for_function("localStorage.getItem('tensatlas-theme') === 'light'")
     page.reload()
     expect(card).to_be_visible()
     expect(light).to_be_attached()
