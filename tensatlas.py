@@ -50,6 +50,8 @@ def main() -> None:
     """Run the command; as ``-m MODULE ...`` a module of the project, for one of its processes."""
     try:
         pin()
+        # nothing is drawn by MuJoCo, which would look for a window system, in a process of its own
+        os.environ.setdefault("MUJOCO_GL", "disable")
         if sys.argv[1:2] == ["-m"]:
             del sys.argv[:2]
             runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
