@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import functools
+import threading
+from typing import Final
 
 from engine.body.module import N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.materials import PRESETS, load_materials
+
+_one_at_a_time: Final = threading.Lock()
 
 
 def problems_of(body: Morphology, material: object) -> tuple[str, ...]:
@@ -22,7 +26,8 @@ def problems_of(body: Morphology, material: object) -> tuple[str, ...]:
         raise InvalidData(f"Choose a material: {', '.join(PRESETS)}.")
     found: list[str] = []
     for level in sorted(set(body.stiffness_levels)):
-        found += _of_level(level, material)
+        with _one_at_a_time:  # many browsers ask for the same few
+            found += _of_level(level, material)
     return tuple(dict.fromkeys(found))
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable, Sequence
+from typing import Final
 
 import viser
 
@@ -36,6 +38,9 @@ from engine.replay.trial import TrialChoice
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from viz.atlas.page import atlas_page, seconds_of, shown_maps
+
+LOOKED_AT: Final = 2.0
+"""Seconds after which a chosen robot's buildability is found out, which may take half a second of CPU."""
 
 log = logging.getLogger(__name__)
 
@@ -97,6 +102,18 @@ class Downloads:
         self.judge = actions.slow(self._judge)
         """Say whether the chosen robot can be built from the chosen material."""
         self.panel.exports.on_material(self.judge)
+
+    def judge_later(self) -> None:
+        """Do so once the chosen robot has been looked at for a while: it is to crawl first."""
+        chosen = self._choice.selection
+
+        def still_there() -> None:
+            if chosen is not None and self._choice.selection is chosen:
+                self.judge()
+
+        timer = threading.Timer(LOOKED_AT, still_there)
+        timer.daemon = True
+        timer.start()
 
     def _judge(self) -> None:
         chosen, material = self._choice.selection, self.panel.exports.material

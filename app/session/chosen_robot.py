@@ -341,7 +341,7 @@ class ChosenRobot:
             robust=self._robust_of(reader),
         )
         self.downloads.panel.allow_robot(True)
-        self.downloads.judge()
+        self.downloads.judge_later()
         self._board.choose(chosen.archive, chosen.number)
         self._source.choose(
             Entry(
