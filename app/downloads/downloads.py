@@ -39,7 +39,7 @@ from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from viz.atlas.page import atlas_page, seconds_of, shown_maps
 
-LOOKED_AT: Final = 2.0
+LOOKED_AT: Final = 4.0
 """Seconds after which a chosen robot's buildability is found out, which may take half a second of CPU."""
 
 log = logging.getLogger(__name__)
