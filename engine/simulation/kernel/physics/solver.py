@@ -85,7 +85,7 @@ def solve(model: Model, state: State) -> None:
             walled = goes_on & at_walls(model, state, i)
             goes_on = goes_on & ~walled
             _relax_corner(model, state, i, walled)
-        _relax_island(model, state, i, goes_on, model.most_sweeps, 0, model.settled)
+        _relax_island(model, state, i, goes_on, model.most_sweeps, model.settled)
     if n_pairs:
         _relax_coupled(model, state, simulated)
     _keep_forces(model, state)
@@ -135,9 +135,7 @@ def _push_island(model: Model, state: State, i: int) -> None:
 
 
 @compiled
-def _relax_island(
-    model: Model, state: State, i: int, goes_on: Mask, most: int, n_before: int, settled: float
-) -> Mask:
+def _relax_island(model: Model, state: State, i: int, goes_on: Mask, most: int, settled: float) -> Mask:
     """Sweep over an island until nothing that counts changes; return the lanes where something still does.
 
     Args:
@@ -146,7 +144,6 @@ def _relax_island(
         i: the island.
         goes_on: lanes to sweep over.
         most: most sweeps.
-        n_before: sweeps before.
         settled: change of a rod's velocity that does not count, in m/s.
     """
     work = state.work
@@ -160,7 +157,7 @@ def _relax_island(
     for sweep in range(most):
         if not any_lane(goes_on):
             break
-        over = 1.0 if n_before + sweep < STRAIGHT else OVER
+        over = 1.0 if sweep < STRAIGHT else OVER
         work.counts[N_SWEEPS] += 1
         before_a, before_b = load6(acceleration, a), load6(acceleration, b)
         if i < model.n_links and work.linked[i]:
@@ -190,14 +187,14 @@ def _relax_island(
 def _relax_corner(model: Model, state: State, i: int, goes_on: Mask) -> None:
     """Sweep over an island with walls, extrapolated, until nothing that counts changes."""
     settled = FINER * model.settled
-    goes_on = _relax_island(model, state, i, goes_on, STRAIGHT, 0, settled)
+    goes_on = _relax_island(model, state, i, goes_on, STRAIGHT, settled)
     if not any_lane(goes_on):
         return
     state.work.counts[N_FORCES] = 0
     list_island(model, state, i)
     for n_before in range(LONGER * model.most_sweeps):
         remember(state)
-        goes_on = goes_on & _relax_island(model, state, i, goes_on, 1, 0, settled)
+        goes_on = goes_on & _relax_island(model, state, i, goes_on, 1, settled)
         if not any_lane(goes_on):
             break
         extrapolate(model, state, n_before, goes_on)
@@ -238,7 +235,7 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
         for i in range(model.n_islands):
             here = goes_on & (load(work.coupled, i) != 0)
             if any_lane(here):
-                still = still | _relax_island(model, state, i, here, 1, 0, model.settled)
+                still = still | _relax_island(model, state, i, here, 1, model.settled)
         for n in range(work.counts[N_PAIRS]):
             moved = relax_pair(model, state, n, goes_on)
             rods = work.pair_rods
