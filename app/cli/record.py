@@ -63,10 +63,7 @@ class Record:
         with RunReader(self.path) as reader:
             number = reader.elite_at(self.archive, parse_cell(self.cell))
             content = self._recording(reader, number, console)
-        try:
-            write_files({self.out: content})
-        except OSError as e:
-            raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
+        _write(self.out, content)
         console.print(f"Wrote robot {number} to {as_typed(self.out)}", markup=False)
 
     @property
@@ -164,8 +161,12 @@ class Page:
             raise ExportError(f"there is no folder {self.out.parent}; make it first")
         with RunReader(self.path) as reader, counting(console, "robots simulated") as progress:
             content = atlas_page(reader, link=self.link, n_threads=self.workers, progress=progress)
-        try:
-            self.out.write_bytes(content)
-        except OSError as e:
-            raise ExportError(f"{self.out} cannot be written: {e.strerror}") from None
+        _write(self.out, content)
         console.print(f"Wrote {as_typed(self.out)}, {len(content) / 1e6:.1f} MB", markup=False)
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        write_files({path: content})
+    except OSError as e:
+        raise ExportError(f"{path} cannot be written: {e.strerror}") from None

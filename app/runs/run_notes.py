@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from engine.errors import RunFileError, printable
-from engine.files import open_file
+from engine.files import open_file, write_files
 
 MAX_NOTE: Final = 2000
 """Characters of the longest note."""
@@ -38,7 +38,7 @@ def keep_note(path: Path, text: str) -> None:
     target = note_path(path)
     try:
         if text:
-            target.write_text(text, encoding="utf-8")
+            write_files({target: text})
         else:
             target.unlink(missing_ok=True)
     except OSError as e:
