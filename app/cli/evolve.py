@@ -23,7 +23,7 @@ from engine.errors import InvalidData, as_typed
 from engine.runs import evolve
 from engine.search.variation import GivenRobot
 from engine.simulation.compile_kernel import NOTICE, compile_kernel, is_compiled
-from engine.simulation.physics import Physics
+from engine.simulation.physics import AS_BUILT, Physics
 from engine.storage.reader import RunReader, changed_versions
 from engine.tasks import TASKS_VARIABLE, get_task
 from engine.workers.malloc import keep_memory_compact
@@ -187,7 +187,7 @@ def _of_physics(info: StructTypeInfo) -> StructConstructorSpec | None:
     if info.type is not Physics:
         return None
     default = info.default if isinstance(info.default, Physics) else Physics()
-    fields = tuple(f for f in _flags(Physics, default) if f.name not in ("built", "spread"))
+    fields = tuple(f for f in _flags(Physics, default) if f.name not in AS_BUILT)
     return StructConstructorSpec(instantiate=functools.partial(dataclasses.replace, default), fields=fields)
 
 

@@ -162,8 +162,7 @@ def _print_as_built(materials: str, deviations: Sequence[Deviation], found: AsBu
         figures = ("", "") if one is None else (_cm(one.mean), _cm(costs.get(d.key)))
         alone.add_row(d.name, d.simulated, built, str(d.origin), *figures)
     console.print(alone)
-    names = {d.key: d for d in deviations}
-    for line in found.sentences({key: (d.name, d.remedy) for key, d in names.items()}):
+    for line in found.sentences({d.key: (d.name, d.remedy) for d in deviations}):
         console.print(line, markup=False, soft_wrap=True)
 
 

@@ -20,6 +20,7 @@ from app.worker_flags import MAX_WORKERS
 from engine.config import PRESETS, RunConfig, from_json, inline_tables, preset
 from engine.errors import InvalidData, TensAtlasError
 from engine.runs.evolve import check_physics
+from engine.simulation.physics import AS_BUILT
 from viz import theme
 
 EVERYDAY: Final = ("task", "algorithm", "evaluations", "seed")
@@ -33,8 +34,6 @@ TITLES: Final = {
     "vie_neat": "ViE-NEAT",
 }
 """Folders of the tables within the configuration."""
-AS_BUILT: Final = ("built", "spread")
-"""Tables of the physics without fields here: thirty numbers, kept by another run like one as built."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -73,6 +72,7 @@ class RunForm:
         self._fields: list[_Field] = []
         self._mark: viser.GuiHtmlHandle | None = None
         self._as_built: dict[str, Any] = {}
+        """Thirty numbers without fields here, kept by another run like one as built."""
         base = dataclasses.replace(PRESETS["quick"], seed=1)
         with folder:
             self._name = gui.add_text("Name", "my-run", hint="Becomes runs/NAME.tsmr")

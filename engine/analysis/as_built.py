@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from engine.analysis.robustness import deviation_of, mean_of
 from engine.analysis.verify import with_noise
 from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
@@ -64,12 +65,12 @@ class Scores:
     @property
     def mean(self) -> float | None:
         """Mean f_s in m; None if all failed."""
-        return float(self.known.mean()) if len(self.known) else None
+        return mean_of(self.known)
 
     @property
     def deviation(self) -> float | None:
         """Standard deviation of f_s in m; None for fewer than two."""
-        return float(self.known.std(ddof=1)) if len(self.known) > 1 else None
+        return deviation_of(self.known)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -55,13 +55,11 @@ class Robustness:
 
     def mean(self, number: int) -> float | None:
         """Return the mean fitness in m of an elite under fresh noise; None if there is none."""
-        fresh = self.fresh(number)
-        return float(fresh.mean()) if len(fresh) else None
+        return mean_of(self.fresh(number))
 
     def deviation(self, number: int) -> float | None:
         """Return the standard deviation of an elite's fitness in m; None for fewer than two values."""
-        fresh = self.fresh(number)
-        return float(fresh.std(ddof=1)) if len(fresh) > 1 else None
+        return deviation_of(self.fresh(number))
 
     def f_s(self, initial_distance: float) -> dict[int, float]:
         """Return the mean f_s in m under fresh noise of every elite that has one, by number.
@@ -109,6 +107,16 @@ class MapRobustness:
     deviation: float | None
     qd_score: float
     corrected_qd_score: float
+
+
+def mean_of(values: np.ndarray) -> float | None:
+    """Return the mean of values; None for none."""
+    return float(values.mean()) if len(values) else None
+
+
+def deviation_of(values: np.ndarray) -> float | None:
+    """Return the standard deviation of values as a sample's (n - 1); None for fewer than two."""
+    return float(values.std(ddof=1)) if len(values) > 1 else None
 
 
 def robust_path(run: Path, *, as_built: bool = False) -> Path:
@@ -226,10 +234,10 @@ def map_robustness(
         n_failed=sum(f is None for _, n in shown.elites.values() for f in robust.samples.get(n, {}).values()),
         best=None if best is None else (float(recorded[best]), float(again[best])),
         best_again=float(again.max()) if len(known) else None,
-        mean=float(recorded.mean()) if len(known) else None,
-        mean_again=float(again.mean()) if len(known) else None,
-        luck=float(luck.mean()) if len(known) else None,
-        luck_deviation=float(luck.std(ddof=1)) if len(known) > 1 else None,
+        mean=mean_of(recorded),
+        mean_again=mean_of(again),
+        luck=mean_of(luck),
+        luck_deviation=deviation_of(luck),
         deviation=float(np.mean(deviations)) if deviations else None,
         qd_score=float(recorded.sum()),
         corrected_qd_score=float(again.sum()),

@@ -13,6 +13,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from engine.analysis.robustness import deviation_of, mean_of
 from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
 from engine.simulation.batch import Simulations
@@ -55,12 +56,12 @@ class Samples:
     @property
     def mean(self) -> float | None:
         """Mean of ``fitness`` in m; None if every evaluation failed."""
-        return float(self.fitness.mean()) if len(self.fitness) else None
+        return mean_of(self.fitness)
 
     @property
     def deviation(self) -> float | None:
         """Standard deviation of ``fitness`` in m; None for fewer than two values."""
-        return float(self.fitness.std(ddof=1)) if len(self.fitness) > 1 else None
+        return deviation_of(self.fitness)
 
     @property
     def distances(self) -> np.ndarray | None:

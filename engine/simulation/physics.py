@@ -22,6 +22,8 @@ MOST_PARTS: Final = 100_000
 from strangers.
 """
 
+AS_BUILT: Final = ("built", "spread")
+"""Fields of ``Physics`` that are tables: what robots are like that differ from the published one."""
 MOST_FRICTION: Final = 5.0
 """Largest friction coefficient of directional feet."""
 
@@ -70,7 +72,7 @@ class Physics:
     """How robots of that design differ from each other; every repeat of an evaluation has another."""
 
     def __post_init__(self) -> None:
-        others = ("simulator", "servo_noise", "built", "spread")
+        others = ("simulator", "servo_noise", *AS_BUILT)
         for name in (f.name for f in dataclasses.fields(self) if f.name not in others):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
