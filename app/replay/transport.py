@@ -86,6 +86,8 @@ class TransportPanel:
         gui = client.gui
         self._player = player
         self._shown_time = -1e9
+        self._sought = False
+        """Whether the browser has named a moment; what was on its way to it then may stand in its field."""
         self._step = step
         self._events = events
         self._targets: tuple[str, ...] = ()
@@ -155,6 +157,7 @@ class TransportPanel:
         def _(event: viser.GuiEvent) -> None:
             value = event.target.value
             if event.client is not None and isinstance(value, int | float) and math.isfinite(value):
+                self._sought = True
                 player.seek(float(value))
 
         @self._speed.on_update
@@ -276,7 +279,11 @@ class TransportPanel:
         if self._slider.max != player.until:
             self._slider.max = player.until
         moment = self._step * round(player.time / self._step)
-        put(self._slider, round(min(max(moment, self._slider.min), self._slider.max), 3))
+        shown = round(min(max(moment, self._slider.min), self._slider.max), 3)
+        if self._sought:  # viser sends no value that it believes to be shown
+            self._sought = False
+            put(self._slider, shown + self._step / 100)
+        put(self._slider, shown)
         self._shown_time = player.time
         self._text.content = _text(
             describe(player),

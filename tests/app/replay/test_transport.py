@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
@@ -51,3 +52,52 @@ def test_every_control_has_a_place_by_its_name(room: int, is_narrow: bool) -> No
         assert len(places) == 2, control  # on a desk and on a phone
     assert not re.findall(r"#[a-z]+", rules)  # a name that stands for no control
     assert ("@media all" in rules) == is_narrow
+
+
+class Slider:
+    """Sends what it is set to, as viser's do: not what it believes to be shown."""
+
+    def __init__(self) -> None:
+        self.sent: list[float] = []
+        self.min, self.max, self._value = 0.0, 2.0, 0.0
+        self._impl = SimpleNamespace(uuid="slider")
+
+    @property
+    def value(self) -> float:
+        return self._value
+
+    @value.setter
+    def value(self, value: float) -> None:
+        if value != self._value:
+            self.sent.append(value)
+        self._value = value
+
+    def on_update(self, callback: Callable[[Any], None]) -> None:
+        self._callback = callback
+
+    def type(self, value: float) -> None:
+        self._value = value
+        self._callback(SimpleNamespace(client=object(), target=self))
+
+
+def test_a_moment_that_crosses_with_another_on_its_way_is_shown() -> None:
+    """The strip tells 0.5 s while the user types 2 s: the browser shows 0.5 unless it is told again."""
+    gui, player, slider = Gui(), MagicMock(), Slider()
+    gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
+    player.replay = SimpleNamespace(start_time=0.0, morphology=None)
+    player.until, player.time = 2.0, 0.5
+    client: Any = SimpleNamespace(gui=gui)
+    panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.replay.transport.describe", lambda _player: "")
+        patch.setattr("app.replay.transport.full_tension", lambda _morphology: 1.0)
+        patch.setattr("app.replay.transport.tension_legend.render", lambda _tension: "")
+        panel.refresh()
+        assert slider.sent == [0.5]
+        slider.type(2.0)
+        player.time = 2.0
+        panel.refresh()
+        assert slider.sent[-1] == 2.0
+        told = len(slider.sent)
+        panel.refresh()
+        assert len(slider.sent) == told
