@@ -178,6 +178,8 @@ def _origin(evaluation: Evaluation) -> str:
         return f"{s.parent}, body mutated; the controller is NEAT's"
     if s.operator == "again":
         return f"{s.parent}, the same robot under other noise"
+    if s.operator == "exchange":
+        return f"{s.parent}, its body with another elite's controller"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 
