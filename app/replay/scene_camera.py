@@ -40,6 +40,21 @@ class Framing:
     part: float = 1.0
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ray:
+    """Where a pointer points.
+
+    Attributes:
+        origin: (3,) the eye, in m.
+        direction: (3,) of length 1.
+        pixel: the angle that a pixel takes, in rad.
+    """
+
+    origin: np.ndarray
+    direction: np.ndarray
+    pixel: float
+
+
 class SceneCamera:
     """Places the camera, and knows where it is: a slow browser tells that late.
 
@@ -72,6 +87,21 @@ class SceneCamera:
         level = float(np.linalg.norm(right))
         right = right / level if level > 1e-6 else np.array([1.0, 0.0, 0.0])
         return np.stack([right, np.cross(out, right)])
+
+    def ray(self, x: float, y: float) -> Ray:
+        """Return the ray from the eye through a place of the scene.
+
+        Args:
+            x: from 0 at its left edge to 1 at the right one.
+            y: from 0 at its upper edge to 1 at the lower one.
+        """
+        camera, edge = self._client.camera, math.tan(FIELD_OF_VIEW / 2)
+        right, up = self.facing
+        with self._mutex:
+            eye, ahead = self._eye, self._focus - self._eye
+        across = edge * camera.image_width / max(camera.image_height, 1)
+        way = ahead / np.linalg.norm(ahead) + (2 * x - 1) * across * right + (1 - 2 * y) * edge * up
+        return Ray(eye, way / np.linalg.norm(way), 2 * edge / max(camera.image_height, 1))
 
     def show(self, framing: Framing) -> None:
         """Show points above the panel that covers the lower edge, whatever size the scene gets meanwhile."""
