@@ -17,6 +17,8 @@ TOP, BOTTOM, SIDES = 50, 130, 25
 PHONE_WIDTH = 576
 """Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
 PHONE_COVERED = 0.62
+LEAST_FREE = 200
+"""Pixels beside a window that a robot is shown in; where there are fewer, it may lie under the window."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 KNOWN_PLACES = 300
@@ -73,6 +75,7 @@ class SceneCamera:
         self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
         self._framing: Framing | None = None
         self._size = (0, 0)
+        self._covered = 0
         self._followed = np.zeros(2)
         self._framed_at = self._followed
         self._mutex = threading.RLock()
@@ -113,7 +116,8 @@ class SceneCamera:
         camera = self._client.camera
         self._remember(camera.position)  # which may be reported once more
         self._size = (width, height) = (camera.image_width, camera.image_height)
-        sides = max(SIDES, 0.5 * (1.0 - framing.part) * width)
+        left = self._covered if not self._phone and width - self._covered >= LEAST_FREE else 0
+        sides = max(SIDES, 0.5 * (1.0 - framing.part) * (width - left))
         window = Window(
             fov=FIELD_OF_VIEW,
             width=width,
@@ -121,8 +125,15 @@ class SceneCamera:
             top=TOP,
             bottom=PHONE_COVERED * height if self._phone else BOTTOM,
             sides=sides,
+            left=left,
         )
         self._go(*eye_showing(framing.points, framing.towards, window))
+
+    def cover(self, left: int) -> None:
+        """Show what is framed beside a window that covers so many pixels at the left edge; 0 for none."""
+        with self._mutex:
+            self._covered = left
+            self._frame_again()
 
     def start_following(self, place: np.ndarray) -> None:
         """Follow from here on what is now at a (2,) place of the ground, in m."""
@@ -172,7 +183,11 @@ class SceneCamera:
             if np.abs(self._sent - place).max(axis=1).min() > SAME:
                 self._eye, self._focus = place, np.array(camera.look_at)
                 self._framing = None  # it is the user's now
-            framing, size = self._framing, (camera.image_width, camera.image_height)
-            if framing is not None and size != self._size:
-                moved = np.array([*(self._followed - self._framed_at), 0.0])
-                self._show(Framing(framing.points + moved, self._eye - self._focus, framing.part))
+            if (camera.image_width, camera.image_height) != self._size:
+                self._frame_again()
+
+    def _frame_again(self) -> None:
+        """Show what is framed in the room that there is now, from where the camera is."""
+        if (framing := self._framing) is not None:
+            moved = np.array([*(self._followed - self._framed_at), 0.0])
+            self._show(Framing(framing.points + moved, self._eye - self._focus, framing.part))
