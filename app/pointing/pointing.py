@@ -132,7 +132,7 @@ class Pointing:
         if self._rods is None:
             tube = unit_tube()
             self._rods = self._client.scene.add_batched_meshes_simple(
-                "/pointed/rods",
+                "/pointed/lit",
                 tube.vertices,
                 tube.faces,
                 batched_wxyzs=drawing.rod_turns[own],

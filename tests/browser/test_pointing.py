@@ -62,14 +62,14 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         expect(lit).to_be_attached()
         assert '[data-m="1"]' in (lit.text_content() or "")
         rods = np.array(nodes["/robot/rods"].batched_positions)[len(t.RODS) : 2 * len(t.RODS)]
-        assert nodes["/pointed/rods"].batched_positions == pytest.approx(rods)
-        assert nodes["/pointed/rods"].visible
+        assert nodes["/pointed/lit"].batched_positions == pytest.approx(rods)
+        assert nodes["/pointed/lit"].visible
         page.get_by_role("tab", name="Servos").click()
         page.locator('svg.ta-servos [data-m="0"] > .ta-back').hover(force=True)
         page.wait_for_function("document.querySelector('style.ta-lit')?.textContent.includes('data-m=\"0\"')")
         page.mouse.move(640, 12)
         expect(lit).to_have_count(0)
-        assert not nodes["/pointed/rods"].visible
+        assert not nodes["/pointed/lit"].visible
 
         # clicked in the scene, a cable says its name and how it pulls, also at another moment
         page.get_by_role("button", name="Top", exact=True).click()

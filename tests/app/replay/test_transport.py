@@ -104,7 +104,7 @@ def test_a_moment_that_crosses_with_another_on_its_way_is_shown() -> None:
 
 
 def test_a_replay_that_is_held_says_every_moment_that_it_goes_to() -> None:
-    """However fast it would play: a step of 0.2 s, at eight times the speed, is less than between two lines."""
+    """However fast it would play: at eight times the speed a step of 0.2 s is less than between two lines."""
     gui, player, slider = Gui(), MagicMock(), Slider()
     gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
     player.replay = SimpleNamespace(start_time=0.0, morphology=None)
