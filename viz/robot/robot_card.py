@@ -24,7 +24,7 @@ _LEAST_BAR = 2.0
 """Centimetres closer that the longest bar stands for, at least."""
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
-    '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
+    '<span style="opacity:.65;white-space:nowrap">{}</span><span style="text-align:right">{}</span></div>'
 )
 _EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
