@@ -40,9 +40,9 @@ class Camera:
             import cv2
         except ImportError:
             raise InvalidData(f"a camera needs OpenCV; install it with: {INSTALL}") from None
-        # its own complaints would come besides our line
-        cv2.setLogLevel(0)
         self._cv: Any = cv2
+        # its own complaints would come besides our line
+        self._cv.utils.logging.setLogLevel(0)
         self._source = source
         self._finder = TagFinder(scale=scale, ahead=ahead)
         self._capture: Any = cv2.VideoCapture(int(source) if source.isdigit() else source)

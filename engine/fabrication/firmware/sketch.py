@@ -41,7 +41,7 @@ _ESP32_PINS: Final = (13, 14, 16, 17, 18, 19, 21, 22, 23, 25)
 
 
 def pin_map(n_modules: int) -> dict[int, int]:
-    """Return the pin that the sketch assumes for the servo of each module, numbered from 0."""
+    """Return the pin that the sketch assumes for the servo of each module, by the module's index."""
     return {module: FIRST_PIN + module for module in range(n_modules)}
 
 
@@ -97,7 +97,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str) -> dict[str, ob
         "task": task.name,
         "modules": n,
         "inputs": task.n_inputs,
-        "head": head.module + 1,
+        "head": t.module_number(head.module),
         "head_is_last": "true" if head.is_end else "false",
         "rate": round(1.0 / physics.control_period),
         "rate_least": protocol.LEAST_RATE,
@@ -125,7 +125,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str) -> dict[str, ob
 
 def _servos(pins: Mapping[int, int], head: int) -> str:
     return "\n".join(
-        f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {module + 1}"
+        f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {t.module_number(module)}"
         f"{', the head' if module == head else ''}"
         for module, pin in pins.items()
     )

@@ -64,7 +64,7 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
     assert len(levels) > 1
     assert [row["part"] for row in cables] == [f"passive cable, stiffness {k / 10:.1f}" for k in levels]
     for row, level in zip(cables, levels, strict=True):
-        modules = [i for i, own in enumerate(body.stiffness_levels) if own == level]
+        modules = [i for i, own in enumerate(body.stiffness_levels, start=1) if own == level]
         assert int(row["quantity"]) == 24 * len(modules)
         assert row["note"].endswith(f"; modules {', '.join(map(str, modules))}")
     assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
