@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -67,6 +68,16 @@ class MeasuredPath:
             before=float(np.linalg.norm(start.position - target)),
             after=float(np.linalg.norm(both[-1][1].position - both[-1][2])),
         )
+
+    def turn(self, start: np.ndarray, target: np.ndarray) -> float:
+        """Return by which angle in rad the path is to be turned to lie in a world.
+
+        Args:
+            start: (2,) where the head begins there.
+            target: (2,) where the target is there.
+        """
+        (x, y), (ahead, left) = target - start, self.aim.offset
+        return math.atan2(y, x) - math.atan2(left, ahead)
 
     def at(self, moment: float) -> np.ndarray:
         """Return (2,) where the head was at a time of the trial's clock, in s, or last before it."""

@@ -20,6 +20,7 @@ from PIL import Image, ImageDraw
 
 from app.drive.eyes import HeadPose, Seen
 from engine.body import module as t
+from engine.body.kinematics import points_on
 from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, firmware_files
@@ -31,6 +32,7 @@ from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head, HeadSensor, Servos, build_robots, settle
 from engine.simulation.trials import trials_of
 from engine.tasks import GroundFrame
+from viz.robot.head_paths import wall_corners
 
 UPDATES: Final = 2
 """Control updates between two pictures: 25 pictures a second."""
@@ -38,7 +40,9 @@ AROUND: Final = 0.75
 """Metres to each side of the start that the picture shows."""
 WIDE: Final = 720
 """Pixels of the picture's sides."""
-_GROUND, _ROD, _HEAD, _TARGET = "#202b36", "#9fb3c8", "#1e96eb", "#fa8c1e"
+_GROUND, _WALL, _ROD, _HEAD, _TARGET = "#202b36", "#48586a", "#9fb3c8", "#1e96eb", "#fa8c1e"
+_END_RODS: Final = np.repeat(np.arange(len(t.RODS)), 2)
+_ENDS: Final = np.array([t.NODES[n] - t.ROD_MIDDLES[r] for r, ends in enumerate(t.RODS) for n in ends])
 
 
 class SimulatedRobot:
@@ -86,7 +90,7 @@ class SimulatedRobot:
         frame = GroundFrame.of(*self._sensor.faces(settled))
         trial = trials_of(task, body.n_modules, config.trials.repeats)[target * config.trials.repeats]
         self._target = frame.to_world(trial.offset[None, None])[0, 0]
-        walls = frame.place(0, trial.walls)
+        self._walls = walls = frame.place(0, trial.walls)
         self._sim = SimulationBatch(
             robots,
             copies=1,
@@ -167,10 +171,11 @@ class SimulatedRobot:
             seen = (points[..., :2] - self._middle) * np.array([1.0, -1.0]) * (WIDE / 2 / AROUND) + WIDE / 2
             return [(float(x), float(y)) for x, y in seen]
 
-        rods = self._sim.qpos[0, 0].reshape(-1, 7)
-        along = t.ROD_LENGTH / 2 * _rod_axes(rods[:, 3:])
-        for middle, half in zip(rods[:, :3], along, strict=True):
-            draw.line(at(np.stack([middle - half, middle + half])), fill=_ROD, width=3)
+        for wall in self._walls:
+            draw.polygon(at(wall_corners(wall)), fill=_WALL)
+        pose_of_rods = self._sim.qpos[0, 0].reshape(-1, len(t.RODS), 7)
+        for ends in points_on(pose_of_rods, _END_RODS, _ENDS).reshape(-1, 2, 3):
+            draw.line(at(ends), fill=_ROD, width=3)
         pose = self._pose()
         ahead = np.stack([pose.position, pose.position + 0.06 * pose.facing])
         draw.line(at(ahead), fill=_HEAD, width=6)
@@ -180,12 +185,6 @@ class SimulatedRobot:
         content = io.BytesIO()
         picture.save(content, "JPEG", quality=80)
         return content.getvalue()
-
-
-def _rod_axes(quaternions: np.ndarray) -> np.ndarray:
-    """Return the (n, 3) directions of rods, which lie along z of their own frames."""
-    w, x, y, z = quaternions.T
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
 
 
 def _terminal(stack: contextlib.ExitStack) -> tuple[str, int]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import viser
 from scipy.spatial.transform import Rotation
@@ -114,13 +112,11 @@ class LogSession:
         start = next((f.head for f in self._replay.frames if f.time >= 0.0), None)
         if target is None or start is None:
             return None
-        way, offset = target - start, self._path.aim.offset
-        turn = math.atan2(way[1], way[0]) - math.atan2(offset[1], offset[0])
         scene, places = self._client.scene, self._path.places
         scene.add_frame(
             "/measured",
             show_axes=False,
-            wxyz=Rotation.from_euler("z", turn).as_quat(scalar_first=True),
+            wxyz=Rotation.from_euler("z", self._path.turn(start, target)).as_quat(scalar_first=True),
             position=(float(start[0]), float(start[1]), 0.0),
         )
         points = np.column_stack([places, np.full(len(places), LIFT)]).astype(np.float32)

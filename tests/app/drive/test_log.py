@@ -113,6 +113,10 @@ def crawl(turn, origin, noise=0.0):
 def test_a_path_is_seen_from_where_the_head_began(turn, origin):
     path = MeasuredPath.of(crawl(turn, np.array(origin)), 3.0)
     assert path.aim.text == "90,45"
+    # in a world where the target is elsewhere, as seen from there
+    angle, start = path.turn(np.array([1.0, 2.0]), np.array([1.0 - 0.45, 2.0])), np.array([1.0, 2.0])
+    c, s = math.cos(angle), math.sin(angle)
+    assert start + np.array([[c, -s], [s, c]]) @ path.aim.offset == pytest.approx([0.55, 2.0])
     assert path.times[0] == -3.0
     assert path.at(-9.0) == pytest.approx([0.0, 0.0], abs=1e-9)
     assert path.at(4.0) == pytest.approx([0.0, 0.04], abs=1e-3)
