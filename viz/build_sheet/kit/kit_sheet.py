@@ -93,9 +93,8 @@ def _title(facts: Facts, jig: bool) -> list[Flowable]:
         ),
         blocks.gap(4),
         blocks.body(
-            "There is no STEP file. The parts are made as triangles, by a library for solids of triangles; as"
-            " exact surfaces they would need a CAD kernel (OpenCASCADE, 150 to 400 MB installed) for no other"
-            " use here. The measures that matter are in the drawings and in the materials file, and every CAD"
-            " program opens the .3mf."
+            "There is no STEP file. The parts are made as triangles; as exact surfaces they would need a CAD"
+            " kernel (OpenCASCADE, 450 MB installed) that nothing else here uses. The measures that matter are"
+            " in the drawings and in the materials file, and CAD programs open the .3mf."
         ),
     ]
