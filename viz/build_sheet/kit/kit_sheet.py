@@ -94,7 +94,7 @@ def _title(facts: Facts, jig: bool) -> list[Flowable]:
         blocks.gap(4),
         blocks.body(
             "There is no STEP file. The parts are made as triangles; as exact surfaces they would need a CAD"
-            " kernel (OpenCASCADE, 450 MB installed) that nothing else here uses. The measures that matter are"
-            " in the drawings and in the materials file, and CAD programs open the .3mf."
+            " kernel (OpenCASCADE, 450 MB installed) that nothing else here uses. The measures that matter"
+            " are in the drawings and in the materials file, and CAD programs open the .3mf."
         ),
     ]
