@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -124,6 +124,18 @@ def render_failure(dump: Dump) -> str:
             _ROW.format("faces", " ".join(map(str, body.faces))),
             _ROW.format("time step", f"{1000 * dump.physics.timestep:g} ms"),
             _ROW.format("simulated with", html.escape(versions) or "unknown versions"),
+            "</div>",
+        ]
+    )
+
+
+def render_drive(number: int, facts: Mapping[str, str]) -> str:
+    """Return the card of a robot that was driven: its number and a row for each fact."""
+    return "".join(
+        [
+            '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
+            f'<div style="font-size:17px;font-weight:600">Robot {number}</div>',
+            *(_ROW.format(html.escape(name), html.escape(fact)) for name, fact in facts.items()),
             "</div>",
         ]
     )

@@ -98,8 +98,8 @@ def test_a_deep_grid_shows_the_best_of_each_cell(tensatlas: Command, tmp_path: P
 def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
-    commands = "explore evolve resume campaign info export record page replay-dump verify reevaluate compare"
-    commands += " table project doctor recover migrate slim"
+    commands = "explore evolve resume campaign info export drive record page replay-dump replay-log"
+    commands += " verify reevaluate compare table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
 
