@@ -27,7 +27,8 @@ MATERIALS = load_materials()
 def scene(robots):
     module = LoneModule.of(robots[2].morphology)
     (design,) = design_cables(module, MATERIALS)
-    return module_scene(robot_glb(module, MATERIALS), jig(design, MATERIALS))
+    glb = robot_glb(module, MATERIALS)
+    return module_scene(glb, jig(design, glb))
 
 
 @pytest.fixture(scope="module")
