@@ -24,7 +24,7 @@ _LEAST_BAR = 2.0
 """Centimetres closer that the longest bar stands for, at least."""
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
-    '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
+    '<span style="opacity:.65;white-space:nowrap">{}</span><span style="text-align:right">{}</span></div>'
 )
 _EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
@@ -190,6 +190,8 @@ def _origin(evaluation: Evaluation) -> str:
         return f"{s.parent}, body mutated; the controller is NEAT's"
     if s.operator == "again":
         return f"{s.parent}, the same robot under other noise"
+    if s.operator == "exchange":
+        return f"{s.parent}, its body with another elite's controller"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 
