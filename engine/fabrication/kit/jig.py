@@ -1,9 +1,9 @@
 """A jig: a plate with six posts, each with a clip that holds one rod of a module in its place.
 
 The net is closed around the rods while they lie in it. Every post goes straight down from its rod through the
-open cage, so that the finished module is pulled out upwards. How the module stands was searched once among
-random turns for room around the posts; where along its rod each post holds it is chosen for the module and
-its servo.
+open cage, so that the finished module is pulled out upwards. The ways in which a module may stand were
+searched once among thousands of random turns; which of them leaves most room, and where along its rod each
+post holds it, is chosen for the module and its servo.
 """
 
 from __future__ import annotations
@@ -24,8 +24,13 @@ from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.parts import solids
 
-STANDS: Final = (-0.9639, 0.0463, 0.0896, 0.2463)
-"""How a module stands in its jig: a quaternion (x, y, z, w)."""
+STANDS: Final = (
+    (-0.9639, 0.0463, 0.0896, 0.2463),
+    (-0.1984, -0.1008, 0.621, 0.7516),
+    (0.1232, -0.1899, 0.6968, -0.6806),
+    (0.1599, 0.7096, -0.6541, 0.2077),
+)
+"""Ways in which a module may stand in its jig, as quaternions (x, y, z, w)."""
 BELOW: Final = 30.0
 """Room between the plate and the lowest node for fingers, in mm."""
 POST: Final = 3.0
@@ -77,13 +82,19 @@ def jig(design: CableDesign, glb: bytes) -> Jig | None:
         design: of its cables.
         glb: scene of the module alone, which shows where the parts on its servo rod are.
     """
-    nodes = 1e3 * floating_module(design.level, None).nodes
-    nodes = Rotation.from_quat(STANDS).apply(nodes - nodes.mean(axis=0))
-    nodes[:, 2] += PLATE + BELOW - nodes[:, 2].min()
-    found = _places(nodes, 1e3 * design.tail, _unit(glb, nodes))
-    if found is None:
+    module = 1e3 * floating_module(design.level, None).nodes
+    unit = _unit(glb, module)
+    best: tuple[float, np.ndarray, np.ndarray] | None = None
+    for stand in STANDS:
+        turn = Rotation.from_quat(stand)
+        nodes, parts = turn.apply(module), turn.apply(unit)
+        lift = np.array([0.0, 0.0, PLATE + BELOW - nodes[:, 2].min()])
+        found = _places(nodes + lift, 1e3 * design.tail, parts + lift)
+        if found is not None and (best is None or found[1] > best[0]):
+            best = (found[1], nodes + lift, found[0])
+    if best is None:
         return None
-    places, room = found
+    room, nodes, places = best
     return Jig(_solid(nodes, places), nodes, room)
 
 
