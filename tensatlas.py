@@ -59,6 +59,10 @@ def main() -> None:
         from app.cli.main import main as run
     except KeyboardInterrupt:  # while modules are imported
         sys.exit(INTERRUPTED)
+    except ImportError as error:  # as which a compiled module may report it
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            sys.exit(INTERRUPTED)
+        raise
     run()
 
 

@@ -26,10 +26,13 @@ CUT = """() => {
 
 def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, tmp_path: Path) -> None:
     page = visit(address)
-    page.locator(FILLED).first.click(force=True, no_wait_after=True)
+    cell = page.locator(FILLED).first
+    cell.click(force=True, no_wait_after=True)
+    chosen = re.compile(rf"cell={cell.get_attribute('data-c').partition(':')[2]}&robot=(\d+)")
+    page.wait_for_url(chosen)  # until then the card is of the robot that greets
+    number = chosen.search(page.url)[1]
     card = page.locator(".ta-card")
-    expect(card).to_be_visible()
-    number = re.search(r"Robot (\d+)", card.inner_text())[1]
+    expect(card).to_contain_text(f"Robot {number}")
     expect(page).to_have_title(f"TensAtlas · robot {number} of small")
 
     # the scene has half of the window, and what is needed seldom is folded away

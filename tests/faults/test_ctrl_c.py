@@ -4,12 +4,14 @@ import io
 import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import psutil
 import pytest
 from rich.console import Console
 
+import tensatlas
 from app.cli import evolve
 from app.worker_flags import WorkerFlags
 from engine.children import command_line
@@ -61,3 +63,19 @@ def test_an_interruption_prints_no_traceback(tmp_path, is_time):
     assert "Traceback" not in said
     assert "KeyboardInterrupt" not in said
     assert process.returncode == 130
+
+
+def test_a_compiled_module_may_report_an_interruption_as_its_own_failure(monkeypatch):
+    """As pybind11's do: an error whose cause is the interruption."""
+
+    class Interrupted:
+        def find_spec(self, name, _path=None, _target=None):
+            if name == "app.cli.main":
+                raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.setattr(sys, "meta_path", [Interrupted(), *sys.meta_path])
+    monkeypatch.delitem(sys.modules, "app.cli.main", raising=False)
+    monkeypatch.setattr(sys, "argv", ["tensatlas", "--help"])
+    with pytest.raises(SystemExit) as ended:
+        tensatlas.main()
+    assert ended.value.code == tensatlas.INTERRUPTED
