@@ -288,7 +288,7 @@ def _readme(reader: RunReader, e: Evaluation, trial: Trial) -> str:
         n=morphology.n_modules,
         stiffness=_stiffness(morphology),
         faces=", ".join(map(str, morphology.faces)),
-        head=head.module,
+        head=t.module_number(head.module),
         end="last" if head.is_end else "first",
         mass=1000.0 * simulated_mass(morphology),
         start=100.0 * task.target_distance,
@@ -332,7 +332,7 @@ def _stiffness(morphology: Morphology) -> str:
         return f"Relative stiffness {morphology.stiffness:.1f}: every passive cable has {force:.2f} N/m."
     forces = ", ".join(f"{t.stiffness_n_per_m(s):.2f}" for s in morphology.stiffnesses)
     return (
-        f"Relative stiffness, from module 0 on: {morphology.stiffness_text.replace(' ', ', ')}. The passive\n"
+        f"Relative stiffness, from module 1 on: {morphology.stiffness_text.replace(' ', ', ')}. The passive\n"
         f"  cables of a module have, in the same order, {forces} N/m."
     )
 

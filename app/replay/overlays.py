@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from app.gui.viser_private import put_arrays
 from app.replay.shapes import Discs, disc_glb
+from engine.body import module as t
 from engine.replay.recording import Playable
 from viz import theme
 from viz.robot.geometry import friction_arrows
@@ -73,7 +74,7 @@ class OverlayLayer:
     ) -> None:
         self._replay = replay
         n = replay.morphology.n_modules
-        self._strokes = NumberStrokes(range(n), height=NUMBER_SIZE)
+        self._strokes = NumberStrokes([t.module_number(i) for i in range(n)], height=NUMBER_SIZE)
         colors = np.tile(np.array(theme.NUMBER, dtype=np.uint8), (len(self._strokes.owner), 2, 1))
         colors[self._strokes.owner == replay.head.module] = theme.HEAD_ROD
         nothing = np.zeros((1, 2, 3), dtype=np.float32)

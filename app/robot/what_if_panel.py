@@ -13,7 +13,7 @@ from app.gui.actions import Actions
 from app.gui.click_channel import ClickChannel
 from app.gui.widgets import ignoring_event, put, put_html
 from engine.body.feet import FEET_TEXT, Feet
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS, module_number
 from engine.body.morphology import Morphology, with_face, with_feet, with_modules, with_stiffness
 from engine.errors import InvalidData
 from engine.replay.what_if import WhatIf, WhatIfReplay
@@ -179,11 +179,11 @@ class WhatIfPanel:
         return with_stiffness(body, round(N_STIFFNESS_LEVELS * value), self._module())
 
     def _module(self) -> int | None:
-        """Return the module, counted from 0, whose stiffness the slider sets, None for all."""
+        """Return the index of the module whose stiffness the slider sets, None for all."""
         name = str(self._which.value)
         if self._body is None or self._body.stiffness_mode == "shared" or not name.isdecimal():
             return None
-        return min(int(name[:3]), self._body.n_modules - 1)
+        return min(max(int(name[:3]) - 1, 0), self._body.n_modules - 1)
 
     def _clicked(self, name: str, index: tuple[int, ...]) -> None:
         if name == "face" and len(index) == 2:
@@ -276,7 +276,7 @@ class WhatIfPanel:
         original = robot.evaluation.solution.morphology
         put(self._feet, FEET_TEXT[body.feet])
         self._which.visible = body.stiffness_mode == "per-module"
-        names = (ALL, *map(str, range(body.n_modules)))
+        names = (ALL, *(str(module_number(i)) for i in range(body.n_modules)))
         if tuple(self._which.options) != names:
             self._which.options = names
         module = self._module()

@@ -152,6 +152,11 @@ def stiffness_n_per_m(relative: float) -> float:
     return CABLE_STIFFNESS * relative
 
 
+def module_number(index: int) -> int:
+    """Return what people call a module: 1 for the first; code, genotypes and models count from 0."""
+    return index + 1
+
+
 def rod_of(node: int) -> int:
     """Return the index of the rod that ends at a node."""
     return node // 2

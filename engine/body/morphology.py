@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal, Self
 
 from engine.body.feet import FEET, FEET_TEXT, Feet
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
+from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS, module_number
 from engine.body.servo import N_RHYTHMS, PULSE
 from engine.errors import InvalidData
 
@@ -302,7 +302,7 @@ def _check_int(what: str, value: Any, low: int, high: int) -> None:
 
 
 def body_changes(parent: Morphology, child: Morphology) -> list[str]:
-    """Return what differs between two bodies, in words; modules count from 0.
+    """Return what differs between two bodies, in words; modules count from 1.
 
     An added or removed module is named such that the fewest differences remain in the others.
     """
@@ -313,7 +313,7 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
     if abs(moved) == 1:
         longer, shorter = (new, old) if moved > 0 else (old, new)
         at = min(range(len(longer)), key=lambda i: _differences(longer[:i] + longer[i + 1 :], shorter))
-        changes.append(f"module {at} {'added' if moved > 0 else 'removed'}")
+        changes.append(f"module {module_number(at)} {'added' if moved > 0 else 'removed'}")
         if moved > 0:
             kept.remove(at)
             new = new[:at] + new[at + 1 :]
@@ -325,7 +325,8 @@ def body_changes(parent: Morphology, child: Morphology) -> list[str]:
     if not moved and parent.rhythms != child.rhythms:
         changes.append("rhythms")
     if turned:
-        changes.append(f"face{'s' if len(turned) > 1 else ''} of {', '.join(map(str, turned))}")
+        modules = ", ".join(str(module_number(i)) for i in turned)
+        changes.append(f"face{'s' if len(turned) > 1 else ''} of {modules}")
     if parent.stiffness_level != child.stiffness_level:
         if child.stiffness_mode == parent.stiffness_mode == "shared":
             changes.append(f"stiffness {parent.stiffness_text} → {child.stiffness_text}")

@@ -266,7 +266,7 @@ def _bought(morphology: Morphology, materials: Materials) -> list[Part]:
 
 
 def _list(modules: list[int]) -> str:
-    return ", ".join(map(str, modules))
+    return ", ".join(str(t.module_number(m)) for m in modules)
 
 
 def _milli(value: float | None) -> str:

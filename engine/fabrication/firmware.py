@@ -35,7 +35,7 @@ SKETCH: Final = "tsmr_robot"
 CYCLE: Final = 4.0
 """Common period in seconds of all ``servo.FREQUENCIES``."""
 FIRST_PIN: Final = 2
-"""Pin of module 0; 0 and 1 carry the serial line."""
+"""Pin of the first module; 0 and 1 carry the serial line."""
 RELEASED_PULSE: Final = 1000
 CONTRACTED_PULSE: Final = 2000
 """Pulse widths in microseconds that are safe for servos; the arm's position at them must be measured."""
@@ -44,7 +44,7 @@ _TASKS: Final = ("goal-reaching", "squeezing")
 
 
 def pin_map(n_modules: int) -> dict[int, int]:
-    """Return the pin that the sketch assumes for the servo of each module, numbered from 0."""
+    """Return the pin that the sketch assumes for the servo of each module, by the module's index."""
     return {module: FIRST_PIN + module for module in range(n_modules)}
 
 
@@ -105,7 +105,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
         "task": task.name,
         "modules": n,
         "inputs": task.n_inputs,
-        "head": head.module,
+        "head": t.module_number(head.module),
         "head_is_last": "true" if head.is_end else "false",
         "end": "last" if head.is_end else "first",
         "rate": rate,
@@ -124,7 +124,7 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
         "servo_nodes": ", ".join(map(str, t.SERVO_NODES)),
         "lengths": "\n".join(f"    {{{_numbers(1000.0 * row, 7)}}}," for row in servo.TARGET_LENGTHS),
         "servos": "\n".join(
-            f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {module}"
+            f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {t.module_number(module)}"
             f"{', the head' if module == head.module else ''}"
             for module, pin in pin_map(n).items()
         ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import bill_of_materials
@@ -16,6 +18,9 @@ from engine.fabrication.parts.net import module_net
 from engine.fabrication.parts.net_files import dxf_bytes, svg_bytes
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.files import csv_text
+
+NAME_IN_MODEL: Final = "name_in_robot_xml"
+"""Heading of what a cable or rod is called in the model, which counts modules from 0."""
 
 
 def fabrication_files(
@@ -52,7 +57,7 @@ def _feet(feet: tuple[Foot, ...]) -> bytes:
     header += ["forward_cm", "backward_cm", "off_degrees"]
     rows = [
         [
-            *(f.number, f.module, f.node, f.part, f.clock, f"{100 * f.share:.1f}"),
+            *(f.number, t.module_number(f.module), f.node, f.part, f.clock, f"{100 * f.share:.1f}"),
             *(f"{100 * f.forward:.2f}", f"{100 * f.backward:.2f}", f"{f.off:.0f}"),
         ]
         for f in feet
@@ -66,7 +71,6 @@ def _mm(value: float | None, scale: float = 1e3) -> str:
 
 def _cables(morphology: Morphology, materials: Materials) -> bytes:
     header = [
-        "cable",
         "module",
         "node_a",
         "node_b",
@@ -82,11 +86,11 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
         "strain_assembled_percent",
         "strain_contracted_percent",
         "producible",
+        NAME_IN_MODEL,
     ]
     rows: list[list[object]] = [
         [
-            c.name,
-            c.module,
+            t.module_number(c.module),
             *c.nodes,
             *(_mm(v) for v in (c.assembled, c.contracted, c.rest, c.cut)),
             f"{c.pretension:.4f}",
@@ -97,6 +101,7 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
             _mm(c.strain_assembled, 100.0),
             _mm(c.strain_contracted, 100.0),
             "yes" if c.producible else "no",
+            c.name,
         ]
         for c in cables(morphology, materials)
     ]
@@ -105,8 +110,8 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
 
 def _rods(morphology: Morphology, materials: Materials) -> bytes:
     header = [
-        "rod",
         "module",
+        "rod",
         "kind",
         "node_a",
         "node_b",
@@ -115,14 +120,16 @@ def _rods(morphology: Morphology, materials: Materials) -> bytes:
         "diameter_mm",
         "simulated_mass_g",
         "cut_mass_g",
+        NAME_IN_MODEL,
     ]
     rows: list[list[object]] = [
         [
-            r.name,
-            r.module,
+            t.module_number(r.module),
+            t.rod_of(r.nodes[0]),
             r.kind,
             *r.nodes,
             *(_mm(v) for v in (r.length, r.cut, r.diameter, r.simulated_mass, r.cut_mass)),
+            r.name,
         ]
         for r in rods(morphology, materials)
     ]
@@ -143,9 +150,9 @@ def _joints(morphology: Morphology) -> bytes:
     turns = orientations(morphology)
     rows: list[list[object]] = [
         [
-            j.module,
+            t.module_number(j.module),
             j.face,
-            j.module + 1,
+            t.module_number(j.module + 1),
             j.next_face,
             *(f"{a}-{b}" for a, b in j.node_pairs),
             f"{turns[j.module + 1].turn:g}",

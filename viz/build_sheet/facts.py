@@ -177,7 +177,8 @@ class Facts:
 
     def module_name(self, i: int) -> str:
         """Return a module's number for people; it says which module is the head."""
-        return f"{i} (head)" if i == self.head.module else str(i)
+        number = t.module_number(i)
+        return f"{number} (head)" if i == self.head.module else str(number)
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners (3,) of the box round the levelled robot, in m."""

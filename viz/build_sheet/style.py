@@ -16,6 +16,8 @@ from reportlab.lib.units import mm
 from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 
+from engine.body.module import module_number
+
 PaperName = Literal["a4", "letter"]
 
 # Bitstream Vera comes with reportlab and is embedded, so that °, Ω, ± and ≤ print everywhere
@@ -121,9 +123,9 @@ def signed(value: float, decimals: int) -> str:
 
 
 def module_names(modules: Sequence[int]) -> str:
-    """Return numbers of modules, runs of them shortened: ``0 to 4, 6``."""
+    """Return the numbers of modules, given by index, runs of them shortened: ``1 to 5, 7``."""
     runs: list[list[int]] = []
-    for m in modules:
+    for m in map(module_number, modules):
         if runs and m == runs[-1][-1] + 1:
             runs[-1].append(m)
         else:

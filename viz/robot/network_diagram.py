@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from engine.body import module as t
 from engine.body import servo
 from engine.control.genome import N_OUTPUTS, ConnectionGene, Controller
 from engine.control.network import Network
@@ -61,7 +62,7 @@ class NetworkDiagram:
         self._names = input_names
         order = range(n_modules - 1, -1, -1) if head_is_end else range(n_modules)
         self.modules = tuple(order)
-        """Per pair of outputs the number, from 0, of the module that it drives."""
+        """Per pair of outputs the index of the module that it drives."""
 
     def render(self) -> str:
         """Return the picture: inputs left, hidden nodes, frequency and phase of each module right."""
@@ -150,11 +151,12 @@ class NetworkDiagram:
             ]
         y = (place[2 * k][1] + place[2 * k + 1][1]) / 2
         head = ' style="font-weight:700"' if k == 0 else ""
-        what = f"module {self.modules[k]}" + (", the head" if k == 0 else "")
+        number = t.module_number(self.modules[k])
+        what = f"module {number}" + (", the head" if k == 0 else "")
         parts.append(
             f'<path d="M275 {place[2 * k][1] - 4:.1f}h3v{place[2 * k + 1][1] - place[2 * k][1] + 8:.1f}h-3"'
             ' fill="none" stroke="currentColor" stroke-opacity="0.4"/>'
-            f'<text x="282" y="{y + 3:.1f}" fill="currentColor"{head}>{self.modules[k]}<title>{what}</title>'
+            f'<text x="282" y="{y + 3:.1f}" fill="currentColor"{head}>{number}<title>{what}</title>'
             "</text>"
         )
         return "".join(parts)

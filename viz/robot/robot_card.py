@@ -62,7 +62,7 @@ def render(
         _ROW.format(_explained("faces", words.FACES), " ".join(map(str, body.faces))),
         *([_ROW.format("feet", _feet(body, config))] if body.feet != "none" else ()),
         _ROW.format(
-            _explained("head", words.HEAD), f"module {body.n_modules - 1 if evaluation.head_is_end else 0}"
+            _explained("head", words.HEAD), f"module {body.n_modules if evaluation.head_is_end else 1}"
         ),
         _ROW.format("descends from", _origin(evaluation)),
     ]

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from engine.body import module as t
 from viz import theme
 
 WIDTH = 300
@@ -94,8 +95,8 @@ def render(
         weight = ' style="font-weight:700"' if m == head else ""
         parts.append(
             f'<text x="{LEFT - 7}" y="{base - row * _SCALE / 2 + 3:.1f}" text-anchor="end"'
-            f' fill="currentColor"{weight}>{m}'
-            f"<title>module {m}{', the head' if m == head else ''}</title></text>"
+            f' fill="currentColor"{weight}>{t.module_number(m)}'
+            f"<title>module {t.module_number(m)}{', the head' if m == head else ''}</title></text>"
             f'<path d="M{LEFT} {base:.1f}H{RIGHT}" stroke="currentColor" stroke-opacity="0.18"/>'
         )
         for values, color, width in ((commanded, COMMANDED, 1.0), (reached, REACHED, 1.4)):

@@ -7,6 +7,7 @@ import html
 
 import numpy as np
 
+from engine.body import module as t
 from engine.body.feet import feet_note
 from engine.body.morphology import N_FACES, Morphology
 from engine.config import RunConfig
@@ -115,7 +116,7 @@ def render_table(figures: list[ComparedFigure], heading: str, failure: str | Non
 
 
 def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
-    """Return the faces of a body as a grid to click: ``face:module,face``, modules counted from 0.
+    """Return the faces of a body as a grid to click: ``face:module,face``, with the module's index.
 
     The original's faces keep a ring; where the body has another one, that is filled in its own colour.
     """
@@ -143,7 +144,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
             parts.append(
                 f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
                 f' width="{side - 2}" height="{row - 2}" rx="2.5" fill="{fill}"{ring}'
-                f' style="cursor:pointer"><title>module {module}, face {face}</title></rect>'
+                f' style="cursor:pointer"><title>module {t.module_number(module)}, face {face}</title></rect>'
             )
     y = top + N_FACES * row + 12
     for module in range(body.n_modules):
@@ -151,7 +152,7 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
         parts.append(
             f'<text x="{left + (module + 0.5) * side}" y="{y}" text-anchor="middle"'
             f' fill="{theme.LINKED if new else "currentColor"}" fill-opacity="{1 if new else 0.65}">'
-            f"{module}</text>"
+            f"{t.module_number(module)}</text>"
         )
     return f'<div style="padding:6px 10px 0">{"".join(parts)}</svg></div>'
 

@@ -35,7 +35,7 @@ Kind fromFlash(const Kind *place) {
 }
 #endif
 
-const uint8_t MODULES = @modules@;  // numbered from 0, in the order of the build
+const uint8_t MODULES = @modules@;  // the code counts them from 0, comments and the build sheet from 1
 const uint8_t INPUTS = @inputs@;
 const uint8_t HIDDEN = @hidden@;
 const uint8_t OUTPUTS = 2 * MODULES;
@@ -110,7 +110,7 @@ inline uint8_t choose(real output, uint8_t n) {
   return index;
 }
 
-// Returns what a module, numbered as built, does: the first two outputs are the head's.
+// Returns what a module does, the first of the build being 0: the first two outputs are the head's.
 inline Gait gaitOf(const real *outputs, uint8_t module) {
   const uint8_t fromHead = HEAD_IS_LAST ? MODULES - 1 - module : module;
   const Gait gait = {choose(outputs[2 * fromHead], FREQUENCIES), choose(outputs[2 * fromHead + 1], PHASES)};

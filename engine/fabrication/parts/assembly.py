@@ -43,7 +43,7 @@ _UPRIGHT: Final = np.array(
 def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()) -> bytes:
     """Return the assembled robot as binary glTF in metres, y up: servos off, floating, as a maker holds it.
 
-    Nodes of the scene are called as in the simulation's model: ``m0_rod0``, ``m0_cable_0_4``.
+    Nodes of the scene are called by the numbers of the build sheet: ``module1_rod0``, ``module1_cable_0_4``.
     """
     scene = _Scene()
     frames = _rod_frames(morphology)
@@ -67,32 +67,34 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
     nodes = []
     for i, (rotation, centre, points) in enumerate(frames):
         nodes.append(points)
+        m = f"module{t.module_number(i)}"
         for r, (a, b) in enumerate(t.RODS):
             axis = points[b] - points[a]
             towards = centre - points[[a, b]].mean(axis=0)
-            scene.add("rod", f"m{i}_rod{r}", solids.frame_along(axis), points[a])
+            scene.add("rod", f"{m}_rod{r}", solids.frame_along(axis), points[a])
             for node, sign in ((a, -1.0), (b, 1.0)):
                 frame = solids.frame_along(sign * axis, towards)
-                scene.add(f"cap_{designs[i].level}", f"m{i}_cap_{node}", frame, points[node])
+                scene.add(f"cap_{designs[i].level}", f"{m}_cap_{node}", frame, points[node])
                 if own := worn.get((i, node)):
                     turned = frame @ solids.turn_about_z(-own.clock)
-                    scene.add(f"foot_{own.lean}", f"m{i}_foot_{node}", turned, points[node])
+                    scene.add(f"foot_{own.lean}", f"{m}_foot_{node}", turned, points[node])
         width = 500 * (designs[i].section.width * designs[i].section.thickness) ** 0.5
         for a, b in t.CABLES:
-            scene.add_bar("cable", f"m{i}_cable_{a}_{b}", points[a], points[b], width)
+            scene.add_bar("cable", f"{m}_cable_{a}_{b}", points[a], points[b], width)
         a, b = t.RODS[t.SERVO_ROD]
         middle = points[[a, b]].mean(axis=0)
         for name in ("mount", "servo", "drum"):
-            scene.add(name, f"m{i}_{name}", rotation, middle)
+            scene.add(name, f"{m}_{name}", rotation, middle)
         guide = middle + rotation @ sp.guide_point()
         for node in t.SERVO_NODES:
-            scene.add_bar("line", f"m{i}_servo_{node}", guide, points[node], 500 * materials.line.diameter)
+            scene.add_bar("line", f"{m}_servo_{node}", guide, points[node], 500 * materials.line.diameter)
     scene.shape("link", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     for i in range(morphology.n_modules - 1):
         face = t.FACES[morphology.faces[i]]
         opposite = t.FACES[t.OPPOSITE_FACE[morphology.faces[i + 1]]]
-        for k, (a, b) in enumerate(t.JOINT_ORDER):
-            scene.add_bar("link", f"link{i}_{k}", nodes[i][face[a]], nodes[i + 1][opposite[b]], 1.0)
+        for k, (a, b) in enumerate(t.JOINT_ORDER, start=1):
+            name = f"link{t.module_number(i)}_{k}"
+            scene.add_bar("link", name, nodes[i][face[a]], nodes[i + 1][opposite[b]], 1.0)
     return scene.glb()
 
 

@@ -212,7 +212,7 @@ def test_a_task_of_ones_own_has_its_inputs_named(tmp_path, monkeypatch):
 def test_the_pin_map_is_what_the_settings_say():
     files = firmware_files(CONFIG, robot(10), run="mine")
     lines = re.findall(r"\{(\d+), 1000, 2000\},  // module (\d+)", files["tsmr_robot/settings.h"].decode())
-    assert {int(m): int(pin) for pin, m in lines} == pin_map(10)
+    assert {int(m) - 1: int(pin) for pin, m in lines} == pin_map(10)
     assert files == firmware_files(CONFIG, robot(10), run="mine")
 
 

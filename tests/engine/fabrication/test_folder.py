@@ -1,10 +1,31 @@
+import csv
+import io
+
 from engine.body.morphology import Morphology
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
+from engine.simulation.model import build_robot
+from engine.simulation.physics import Physics
 
 BODY = Morphology((3, 9), (1, 2))
 MATERIALS = load_materials("tpu-85a")
+
+
+def test_tables_number_modules_from_1_and_name_what_the_model_calls_them():
+    files = {
+        name: list(csv.DictReader(io.StringIO(content.decode())))
+        for name, content in fabrication_files(BODY, MATERIALS).items()
+        if name in ("cables.csv", "rods.csv", "joints.csv")
+    }
+    model = build_robot(BODY, Physics()).model
+    for row in files["cables.csv"]:
+        name = f"m{int(row['module']) - 1}_cable_{row['node_a']}_{row['node_b']}"
+        assert row["name_in_robot_xml"] == name == model.tendon(name).name
+    for row in files["rods.csv"]:
+        name = f"m{int(row['module']) - 1}_rod{row['rod']}"
+        assert row["name_in_robot_xml"] == name == model.body(name).name
+    assert [(row["module"], row["next_module"]) for row in files["joints.csv"]] == [("1", "2")]
 
 
 def test_equal_robots_give_equal_files():

@@ -77,10 +77,10 @@ def test_changes_are_named_exactly_if_there_are_any(parent: Morphology, seed: in
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (Morphology(3, (1, 2, 3)), Morphology(3, (1, 7, 2, 3)), ["module 1 added"]),
-        (Morphology(3, (1, 2, 3)), Morphology(3, (2, 5)), ["module 0 removed", "face of 1"]),
-        (Morphology(3, (1, 2, 3)), Morphology(4, (1, 8, 4)), ["faces of 1, 2", "stiffness 0.3 → 0.4"]),
-        (Morphology(3, (1, 2)), Morphology(3, (4, 1, 6)), ["module 0 added", "face of 2"]),
+        (Morphology(3, (1, 2, 3)), Morphology(3, (1, 7, 2, 3)), ["module 2 added"]),
+        (Morphology(3, (1, 2, 3)), Morphology(3, (2, 5)), ["module 1 removed", "face of 2"]),
+        (Morphology(3, (1, 2, 3)), Morphology(4, (1, 8, 4)), ["faces of 2, 3", "stiffness 0.3 → 0.4"]),
+        (Morphology(3, (1, 2)), Morphology(3, (4, 1, 6)), ["module 1 added", "face of 3"]),
     ],
 )
 def test_changes_in_words(old: Morphology, new: Morphology, said: list[str]) -> None:

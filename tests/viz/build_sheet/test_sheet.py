@@ -127,11 +127,11 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
     for j in joints(morphology):
         pairs = ", ".join(f"{a}–{b}" for a, b in j.node_pairs)
         assert re.search(
-            rf"{j.module} and {j.module + 1} {j.face} .*? {pairs} {stand[j.module + 1].turn:.0f}°", text
+            rf"{j.module + 1} and {j.module + 2} {j.face} .*? {pairs} {stand[j.module + 1].turn:.0f}°", text
         )
     for module, pin in pin_map(n).items():
-        assert f"D{pin}" in text
-        assert f"S{module}" in text
+        assert f"D{pin} S{module + 1}" in text
+    assert f"Head (goes first) module {facts.head.module + 1}" in text
     for k, node in enumerate(t.SERVO_NODES):
         assert f"to node {node} {1000 * servo.TARGET_LENGTHS[0, k]:.1f}" in text
     found = problems(morphology, materials)

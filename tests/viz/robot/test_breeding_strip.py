@@ -53,7 +53,7 @@ def test_children_stand_with_the_best_first_and_a_gain_over_their_parents() -> N
     assert [t.number for t in parents] == [0]
     assert [t.number for t in born] == [1204, 1, 3, 2]
     assert [None if t.gain is None else round(t.gain, 6) for t in born] == [7.0, 4.0, -5.0, None]
-    assert born[1].about == "from robot 0, module 2 added · network mutated"
+    assert born[1].about == "from robot 0, module 3 added · network mutated"
     assert [t.head for t in born] == [2, 2, 2, 1]
     text = html_of(shown=1, kept={3}, dropped={2})
     assert re.findall(r'data-number="(\d+)" data-shown="(\d)" data-kept="(\d)"', text) == [

@@ -124,7 +124,8 @@ def test_network_is_drawn_with_all_its_expressed_links(n_modules: int) -> None:
     assert {"far <", "bearing"} <= {t.text for t in svg.iter("text")}
     texts = [t.text for t in svg.iter("text")]
     assert sum(t == "0.5 Hz" for t in texts) == n_modules
-    assert {str(k) for k in range(n_modules)} <= set(texts)
+    assert {str(k + 1) for k in range(n_modules)} <= set(texts)
+    assert "0" not in texts
     enabled = [c for c in controller.connections if c.enabled]
     leading = set(outputs)
     while more := {c.source for c in enabled if c.target in leading} - leading:

@@ -64,6 +64,8 @@ def test_the_style_shows_what_the_servos_get(head_is_end: bool) -> None:
         assert f".b{key}{{transform:scaleX({neurons[key]:.2f})}}" in style
     # the first pair of outputs drives the head
     assert diagram.modules == ((3, 2, 1, 0) if head_is_end else (0, 1, 2, 3))
+    numbers = [e.text for e in svg.iter("text") if any(c.tag == "title" for c in e)]
+    assert numbers == (["4", "3", "2", "1"] if head_is_end else ["1", "2", "3", "4"])
     assert diagram.style({}) == ""
     assert diagram.style(neurons) != diagram.style(diagram.network.neurons(np.array([1.0, 2.0])))
 
@@ -128,6 +130,7 @@ def test_servos_are_drawn_row_by_row_and_not_while_they_are_off() -> None:
     assert len(told) == len(done) == 3
     assert all(d and len(re.findall("[ML]", d)) == 50 for d in told)
     assert all(d and len(re.findall("[ML]", d)) == 60 for d in done)
+    assert [e.text for e in svg.iter("text") if any(c.tag == "title" for c in e)] == ["1", "2", "3"]
     assert "nan" not in ElementTree.tostring(svg, "unicode")
     assert len([p for p in svg.iter("path") if p.get("class") == "ta-cursor"]) == 1
 
@@ -150,7 +153,7 @@ def test_a_lineage_says_what_changed_and_what_is_not_known() -> None:
     assert 'data-c="ancestor:1,207"' in text
     assert "5.0 cm" in text
     assert "+4.0" in text
-    assert "module 2 added · network mutated" in text
+    assert "module 3 added · network mutated" in text
     assert "random: 2 modules, stiffness 0.3" in text
     assert text.count('aria-current="true"') == 1
     given = Ancestor(3, None, 0, "given", 0.44, Morphology(3, (1, 2)), "breed-1.tsmr robot 12")

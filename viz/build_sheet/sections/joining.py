@@ -30,13 +30,13 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
     """Return the section."""
     n = facts.morphology.n_modules
     near, far = facts.link_gaps
-    head, front = facts.head.module, "last" if facts.head.is_end else "first"
+    head, front = t.module_number(facts.head.module), "last" if facts.head.is_end else "first"
     pictures = [
         Picture(
             paper.inner_width / 2 - 6,
             PICTURE_HEIGHT,
             functools.partial(_draw_joint, facts=facts, joint=joint),
-            f"joint {joint.module}",
+            f"joint {t.module_number(joint.module)}",
         )
         for joint in joints(facts.morphology)
     ]
@@ -50,13 +50,13 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
             f" as well. The link holds the two necks {LINK_PITCH:.1f} mm apart and yields: in the settled"
             f" simulation joined nodes are {1000 * near:.1f} to {1000 * far:.1f} mm apart. The joint must"
             " wiggle. The three pairs alone fix which face meets which and in which turn. <b>Face</b> numbers"
-            " are on the net drawing. The column “turn” is a check: seen along the chain from module 0, the"
+            " are on the net drawing. The column “turn” is a check: seen along the chain from module 1, the"
             " servo rod of the next module must lie that much further clockwise."
         ),
         _orientation_table(facts, paper.inner_width),
         blocks.gap(3),
         blocks.note(
-            f"Module 0 has no module before it and module {n - 1} none after it. The head is module {head},"
+            f"Module 1 has no module before it and module {n} none after it. The head is module {head},"
             f" the {front} one; its front, which goes first, is face {_front_face(facts)} (nodes"
             f" {_names(t.FACES[_front_face(facts)])}). Mark it."
         ),
@@ -74,7 +74,7 @@ def _orientation_table(facts: Facts, width: float) -> Flowable:
         assert turn is not None
         rows.append(
             [
-                f"<b>{i} and {i + 1}</b>",
+                f"<b>{t.module_number(i)} and {t.module_number(i + 1)}</b>",
                 f"{joint.face} (nodes {_names(t.FACES[joint.face])})",
                 f"{joint.next_face} (nodes {_names(t.FACES[joint.next_face])})",
                 "<b>" + ", ".join(f"{a}–{b}" for a, b in joint.node_pairs) + "</b>",
@@ -122,7 +122,8 @@ def _draw_joint(pen: Pen, facts: Facts, joint: Joint) -> None:
         pen.line(start, end, color=white, width=3)
         pen.line(start, end, color=style.LINK, width=1.3, dash=(3, 2))
     _label(pen, view, body, joint)
-    pen.text(8, pen.height - 13, f"Modules {i} and {i + 1}", bold=True, size=9)
+    number = t.module_number(i)
+    pen.text(8, pen.height - 13, f"Modules {number} and {number + 1}", bold=True, size=9)
     nodes = ", ".join(f"{a}–{b}" for a, b in joint.node_pairs)
     pen.text(
         pen.width - 8, pen.height - 13, f"tie {nodes}", bold=True, size=9, align="right", color=style.LINK

@@ -84,8 +84,8 @@ def _small(facts: Facts, net: Net, i: int, width: float) -> Picture:
         face: NEXT if i < n - 1 else FREE,
         rear: BEFORE if i > 0 else FREE,
     }
-    ahead = f"face {face} to module {i + 1}" if i < n - 1 else f"face {face} free"
-    behind = f"face {rear} to module {i - 1}" if i > 0 else f"face {rear} free"
+    ahead = f"face {face} to module {t.module_number(i + 1)}" if i < n - 1 else f"face {face} free"
+    behind = f"face {rear} to module {t.module_number(i - 1)}" if i > 0 else f"face {rear} free"
 
     def draw(pen: Pen) -> None:
         pen.box(0.5, 0.5, pen.width - 1, pen.height - 1, stroke=style.RULE, radius=4)
@@ -93,7 +93,7 @@ def _small(facts: Facts, net: Net, i: int, width: float) -> Picture:
         pen.text(pen.width - 8, pen.height - 13, f"{behind} · {ahead}", align="right", size=8)
         _draw_net(pen, net, marks, top=18, small=True)
 
-    return Picture(width, SMALL_HEIGHT, draw, f"net of module {i}")
+    return Picture(width, SMALL_HEIGHT, draw, f"net of module {t.module_number(i)}")
 
 
 def _draw_net(pen: Pen, net: Net, marks: dict[int, Color], *, top: float = 0.0, small: bool = False) -> None:

@@ -87,13 +87,14 @@ def qr_text(facts: Facts) -> str:
 
 def _identity(facts: Facts, materials: Materials, width: float) -> Flowable:
     length, breadth, height = (100.0 * v for v in facts.size)
+    n = facts.morphology.n_modules
     where = facts.place.name if facts.place else "-"
-    head = f"module {facts.head.module}"
+    head = f"module {t.module_number(facts.head.module)}"
     rows = [
-        ("Robot's id", facts.robot_id, "Made of", style.escaped(materials.name)),
-        ("Run", style.escaped(facts.run_name), "Modules", f"{facts.morphology.n_modules}, numbered from 0"),
+        ("Robot", f"<b>{facts.number}</b>", "Made of", style.escaped(materials.name)),
+        ("Run", style.escaped(facts.run_name), "Modules", f"{n}, numbered from 1 to {n}"),
         ("Archive and cell", style.escaped(where), "Head (goes first)", head),
-        ("Robot", facts.name, "Cable stiffness", _stiffness(facts)),
+        ("Id in all runs", facts.robot_id, "Cable stiffness", _stiffness(facts)),
         (
             "Task",
             style.escaped(facts.task.name),
@@ -123,7 +124,7 @@ def _stiffness(facts: Facts) -> str:
     body = facts.morphology
     if body.stiffness_mode == "shared":
         return f"{body.stiffness_text} = {t.stiffness_n_per_m(body.stiffness):.2f} N/m"
-    return f"{body.stiffness_text} × {t.CABLE_STIFFNESS:g} N/m, module 0 first"
+    return f"{body.stiffness_text} × {t.CABLE_STIFFNESS:g} N/m, module 1 first"
 
 
 def _how_to(facts: Facts) -> list[Flowable]:
@@ -135,8 +136,8 @@ def _how_to(facts: Facts) -> list[Flowable]:
         " material before you make the cables.",
         "<b>Wire and program</b> the board on the bench and set the pulses of every servo (“Program”): the"
         " assembly needs a servo that stands at 0°.",
-        "<b>Build module 0</b> by the steps with pictures and measure it (step 8). Nobody has built this"
-        f" robot before: go on to module{'s' if n > 2 else ''} {'1' if n == 2 else f'1 to {n - 1}'} only when"
+        "<b>Build module 1</b> by the steps with pictures and measure it (step 8). Nobody has built this"
+        f" robot before: go on to module{'s' if n > 2 else ''} {'2' if n == 2 else f'2 to {n}'} only when"
         " it is right. Label every module.",
         "<b>Join them</b> by the orientation table: which node meets which. Another pairing is another"
         " robot.",
@@ -204,10 +205,11 @@ def _draw_view(pen: Pen, facts: Facts) -> None:
         top = body.nodes[i][np.argmax(body.nodes[i] @ camera.up)]
         centre = view.at(body.nodes[i].mean(axis=0))
         x, y = centre[0], view.at(top)[1] + 7
+        number = t.module_number(i)
         pen.text(
             x,
             y,
-            f"HEAD · {i}" if i == facts.head.module else str(i),
+            f"HEAD · {number}" if i == facts.head.module else str(number),
             align="centre",
             bold=True,
             size=9,

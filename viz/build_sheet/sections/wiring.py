@@ -100,8 +100,8 @@ def _controller(facts: Facts) -> list[str]:
         " it the robot keeps the rhythm that it starts with.",
         f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
         " begins to move.",
-        f"The network's first pair of outputs drives the head, module {facts.head.module}; the sketch knows"
-        " that.",
+        f"The network's first pair of outputs drives the head, module {t.module_number(facts.head.module)};"
+        " the sketch knows that.",
     ]
 
 
@@ -109,7 +109,8 @@ def _pins(facts: Facts, pins: Mapping[int, int], width: float) -> Flowable:
     rows = []
     for module in range(facts.morphology.n_modules):
         role = "head" if module == facts.head.module else ""
-        rows.append([str(module), role, f"D{pins[module]}", f"S{module}"])
+        number = t.module_number(module)
+        rows.append([str(number), role, f"D{pins[module]}", f"S{number}"])
     return blocks.grid(
         ("module", "", "pin of the board", "label both ends of the cable"),
         rows,
@@ -180,7 +181,8 @@ def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int])
         pen.text(servos - 3, y - 2.8, f"Servo {facts.module_name(module)}", size=8)
         pen.line((board[0] + board[2], y), (servos - 8, y), color=SIGNAL, width=1.2)
         pen.text(board[0] + board[2] - 5, y - 2.8, f"D{pins[module]}", align="right", bold=True)
-        pen.text((board[0] + board[2] + servos - 8) / 2, y - 2.8, f"S{module}", align="centre", halo=True)
+        label = f"S{t.module_number(module)}"
+        pen.text((board[0] + board[2] + servos - 8) / 2, y - 2.8, label, align="centre", halo=True)
         pen.line((servos + 64, y + 3), (plus, y + 3), color=PLUS, width=1)
         pen.line((servos + 64, y - 3), (minus, y - 3), color=MINUS, width=1)
         pen.disc((plus, y + 3), 1.8, fill=PLUS)
