@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.main import main
+from engine.fabrication.as_built.twin import FEET_PAIRS
+from engine.fabrication.materials import preset_text
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from tests.support.run_hash import hash_of
@@ -64,6 +66,23 @@ def test_verify_says_what_mujoco_does_not_know(run: Path, capsys: Read) -> None:
     assert "identical to what was recorded" in out
     assert "MuJoCo knows no feet that grip one way" in out
     assert "Without feet, kernel" in out
+
+
+def test_a_robot_is_verified_with_the_feet_that_were_measured(
+    run: Path, tmp_path: Path, capsys: Read
+) -> None:
+    test = "[feet_test]\nforward_degrees = [20, 22]\nbackward_degrees = [35, 40]\n"
+    (tmp_path / "mine.toml").write_text(preset_text("latex-cord") + test, encoding="utf-8")
+    with RunReader(run) as reader:
+        held = reader.contents("morphology", reader.finished_generation().number)
+        cell = next(c for c, e in held.items() if e.solution.morphology.feet == "end")
+    few = ["--cell", cell_name(cell), "--as-built", "--samples", "1", "--seeds", "1"]
+    main(["verify", str(run), *few, "--materials", str(tmp_path / "mine.toml"), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    feet = next(d for d in found["deviations"] if d["key"] == "feet")
+    assert (feet["origin"], feet["built"]) == ("measured", "0.38 forward, 0.77 backward")
+    assert [(row["forward"], row["backward"]) for row in found["feet"]] == list(FEET_PAIRS)
+    assert len({row["f_s_mean_cm"] for row in found["feet"]}) == len(FEET_PAIRS)
 
 
 def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> None:
