@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.cli.main import main
+from engine.body.feet import FEET
 from engine.fabrication.as_built.twin import FEET_PAIRS
 from engine.fabrication.materials import preset_text
 from engine.search.archive import cell_name
@@ -103,6 +104,26 @@ def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> 
         assert plain.distances.tobytes() != feet.distances.tobytes()
 
 
+@pytest.mark.parametrize("algorithm", ["dm-me", "map-elites", "vie-neat"])
+def test_feet_may_be_an_axis_of_the_maps(tmp_path: Path, algorithm: str, capsys: Read) -> None:
+    path = tmp_path / "axis.tsmr"
+    few = ["--algorithm", algorithm, *("" if algorithm == "vie-neat" else "--evaluations 16").split()]
+    main(["evolve", str(path), *COMMON, *few, "--body.feet", "evolved", "--body.feet-axis"])
+    archive = "grid" if algorithm == "map-elites" else "morphology"
+    with RunReader(path) as reader:
+        assert reader.config.body.feet_axis
+        last = reader.finished_generation()
+        names = [axis.name for axis in last.archives[archive].axes]
+        assert names[:3] == ["modules", "stiffness", "feet"]
+        held = reader.contents(archive, last.number)
+        assert {cell[2] for cell in held} > {0}
+        assert all(FEET[cell[2]] == e.solution.morphology.feet for cell, e in held.items())
+    capsys.readouterr()
+    main(["table", str(path), "--out", str(tmp_path / "t.csv")])
+    with (tmp_path / "t.csv").open(encoding="utf-8") as f:
+        assert {row["archive"] for row in csv.DictReader(f)} >= {archive}
+
+
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
@@ -111,6 +132,10 @@ def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> 
         ("--physics.feet-backward 6", "at most 5"),
         ("--body.feet evolved --physics.simulator mujoco", "knows no directional feet"),
         ("--variation.body.feet-rate 2", "feet_rate must be from 0 to 1"),
+        (
+            "--body.feet directional --body.feet-axis",
+            "feet_axis is for feet that evolve; feet is directional",
+        ),
     ],
 )
 def test_impossible_feet_get_one_line(tmp_path: Path, flags: str, said: str, capsys: Read) -> None:
