@@ -312,7 +312,10 @@ def test_feet_are_on_the_sheet_of_a_robot_that_wears_some(robots, materials, tex
     assert "Nobody has measured these feet yet" in texts[10]
     for (forward, backward), scores in facts.as_built.pairs.items():
         assert f"{forward:g} {backward:g} {100 * scores.mean:.1f}".replace("-", "−") in texts[10]
-    assert "Feet that grip one way" not in texts[2]
+    assert f"Put its {len(facts.feet.feet)} feet on" in texts[10]
+    assert "Friction of the feet assumed" in texts[10]
+    for text in ("Feet that grip one way", "feet on", "Friction of the feet"):
+        assert text not in texts[2]
 
 
 def test_measured_feet_are_named(robots, materials):
