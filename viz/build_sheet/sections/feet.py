@@ -130,7 +130,7 @@ def _measured(materials: Materials) -> str:
         return "<b>Nobody has measured these feet yet</b>: the simulated friction is assumed. Test first."
     (forward, backward), (less, more) = test.friction, test.spread
     return (
-        f"<b>Measured</b> ({style.escaped(materials.file)}): {forward:.2f} ± {forward * less:.2f} forward,"
+        f"<b>Measured</b> (materials.toml): {forward:.2f} ± {forward * less:.2f} forward,"
         f" {backward:.2f} ± {backward * more:.2f} backward. Test again when floor or filament change."
     )
 

@@ -1,12 +1,25 @@
 """Which rod ends get feet, and which way these point."""
 
+import dataclasses
+import io
+import random
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import trimesh
 
+from engine.body.feet import BodyConfig
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.feet import LEAST_SHARE, planned_feet
+from engine.config import task_of
+from engine.control.genome import Neat
+from engine.fabrication.dimensions.feet import LEAST_SHARE, NO_FEET, planned_feet, robot_feet
 from engine.fabrication.dimensions.joints import joints
+from engine.fabrication.materials import load_materials
+from engine.fabrication.parts.assembly import robot_glb
 from engine.replay.contact_record import ContactRecord
+from engine.simulation.evaluation import LocalEvaluator, Solution
+from engine.tasks import get_task
 
 BODY = Morphology(5, (1, 2), feet="end")
 
@@ -60,3 +73,37 @@ def test_a_foot_points_nearly_where_its_rod_end_slides(lean, turn):
 def test_a_rod_end_that_never_touches_gets_none():
     assert planned_feet(BODY, record_of({})).feet == ()
     assert planned_feet(BODY, record_of({})).covered == 0.0
+
+
+@pytest.mark.parametrize("toward", ["end", "start"])
+def test_built_feet_point_along_the_chain(small_config, toward):
+    """From the simulated trials to the places of the parts in the assembled robot."""
+    config = dataclasses.replace(small_config, body=BodyConfig(feet="directional", feet_toward=toward))
+    body = Morphology(4, (3, 6, 1), feet=toward)
+    controller = Neat(n_inputs=get_task(config.task).n_inputs).random(random.Random(3))
+    solution = Solution(number=1, morphology=body, controller=controller)
+    evaluator = LocalEvaluator(
+        task=task_of(config), physics=config.physics, trials=config.trials, run_seed=config.seed
+    )
+    ((evaluation,),) = evaluator.evaluate([solution])
+    plan = robot_feet(config, evaluation)
+    assert len(plan.feet) >= 4
+    assert plan.covered > 0.8
+    scene = trimesh.load(io.BytesIO(robot_glb(body, load_materials(), plan.feet)), file_type="glb")
+    names = scene.graph.nodes_geometry
+    centres = [
+        np.mean([scene.graph[n][0][:3, 3] for n in names if n.startswith(f"module{m}_cap")], axis=0)
+        for m in (1, 2, 3)
+    ]
+    way = (centres[2] - centres[0]) * (1.0 if toward == "end" else -1.0)
+    for foot in plan.feet:
+        lean = np.radians(foot.lean)
+        turned = scene.graph[f"module{foot.module + 1}_foot_{foot.node}"][0][:3, :3]
+        slides = turned @ [np.sin(lean), 0.0, np.cos(lean)]
+        # a module on the ground is not quite that which floats
+        assert slides @ way / np.linalg.norm(way) > np.cos(np.radians(45))
+
+
+def test_a_robot_without_feet_is_not_simulated_for_them(small_config):
+    solution = Solution(number=1, morphology=Morphology(4, (3, 6, 1)), controller=None)
+    assert robot_feet(small_config, SimpleNamespace(solution=solution)) is NO_FEET
