@@ -25,8 +25,8 @@ SCALE_HEIGHT: Final = 0.6
 SCALE_PITCH: Final = 1.05
 """From scale to scale, in mm."""
 SCALES: Final = 4
-NOTCH: Final = (1.0, 0.6)
-"""Width and depth of the notch in the rim that shows the direction, in mm."""
+NOTCH: Final = (1.0, 2.2)
+"""The notch that shows the direction, in mm: its width, and how near it comes to the rod's axis."""
 SLED: Final = (44.0, 30.0, 2.0)
 """Length, width and thickness of the friction test's sled, in mm."""
 
@@ -48,8 +48,9 @@ def foot(lean: float, *, scales: bool = True) -> Manifold:
     body = body - solids.box((-9.0, -9.0, low - 9.0), (9.0, 9.0, low))
     body = body - solids.cylinder(LINK_HOLE / 2, low - 1.0, neck + 0.01)
     body = body - solids.cylinder(HEAD[0], neck, neck + HEAD[1] + 0.1)
-    half, depth = NOTCH[0] / 2, NOTCH[1]
-    return body - solids.box((HEAD[0] + 0.5, -half, low - 1.0), (RADIUS + 1.0, half, low + depth))
+    width, floor = NOTCH
+    # as high as the ball, so that one sees it from outside, along the rod
+    return body - solids.box((floor, -width / 2, low - 1.0), (RADIUS + 1.0, width / 2, middle + RADIUS))
 
 
 def _ball(*, scales: bool) -> Manifold:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapely.geometry import MultiPolygon, Polygon
+from shapely.geometry import LineString, MultiPolygon, Polygon
 from shapely.ops import unary_union
 
 from engine.fabrication.parts import solids
@@ -48,6 +48,24 @@ def test_every_layer_lies_on_the_one_below(lean):
         for piece in air.geoms if isinstance(air, MultiPolygon) else [air]:
             assert piece.is_empty or max(np.ptp(np.array(piece.bounds).reshape(2, 2), axis=0)) < 2 * HEAD[0]
         before = layer
+
+
+@pytest.mark.parametrize("lean", LEANS)
+def test_the_notch_is_seen_from_outside(lean):
+    """In the outline from above, towards x, and nowhere else as deep."""
+    body = foot(lean)
+    low, high = body.bounding_box()[2], body.bounding_box()[5]
+    outline = unary_union([section(body, height) for height in np.arange(low + 0.1, high, 0.2)])
+    reach = {a: reach_of(outline, a) for a in range(0, 360, 15)}
+    assert reach[0] < RADIUS - SCALE_HEIGHT - 0.2
+    assert all(reach[a] > reach[0] + 0.3 for a in reach if a not in (0, 15, 345))
+
+
+def reach_of(outline, degrees):
+    """Return how far an outline reaches from the origin in a direction."""
+    way = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    inside = outline.intersection(LineString([(0, 0), 9 * way]))
+    return max(point @ way for line in getattr(inside, "geoms", [inside]) for point in np.array(line.coords))
 
 
 def test_foot_and_link_share_the_neck():
