@@ -20,6 +20,7 @@ from viz.build_sheet.sections import (
     performance,
     shopping,
     sources,
+    steering,
     title,
     wiring,
 )
@@ -51,7 +52,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),
         feet.pages(facts, materials, sheet),
-        wiring.pages(facts, materials, sheet),
+        [*wiring.pages(facts, materials, sheet), *steering.pages(facts, sheet)],
         [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
     story: list[Flowable] = []

@@ -16,6 +16,7 @@ In the order of the pages:
 9. ``joining``: how the modules are joined.
 10. ``feet``: which foot that grips one way goes where, and the test of their friction.
 11. ``wiring``: wiring, program, pin map, cable lengths.
-12. ``checks``: safety, tolerances, checks.
-13. ``sources``: where the numbers come from.
+12. ``steering``: camera, and the tags by which it finds head and target.
+13. ``checks``: safety, tolerances, checks.
+14. ``sources``: where the numbers come from.
 """
