@@ -75,7 +75,7 @@ def kit_folder(
     del made["joints.csv"]
     files = {name if "/" in name or "bill" in name else f"tables/{name}": made[name] for name in made}
     files["module.glb"] = glb
-    holder = jig(design, materials)
+    holder = jig(design, glb)
     if holder is not None:
         files["parts/jig.stl"] = stl_bytes(holder.solid, "jig")
         files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
