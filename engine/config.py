@@ -170,6 +170,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
         "stiffness": config.stiffness,
         "rhythms": config.head_search == "rhythms",
         "feet": config.body.feet_genes,
+        "feet_axis": config.body.feet_axis,
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
@@ -234,6 +235,11 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     if not config.trials.trajectory_bits:
         # runs from before positions were rounded keep their hash
         del found["trials"]["trajectory_bits"]
+    if not config.variation.exchange_weight:
+        # and so do those from before controllers were exchanged
+        del found["variation"]["exchange_weight"]
+        if config.variation.donors == PUBLISHED.donors:
+            del found["variation"]["donors"]
     # runs from before there were feet keep theirs
     for table, default in ((found["physics"], Physics()), (found["variation"]["body"], PUBLISHED.body)):
         for name in ("feet_forward", "feet_backward", "feet_rate"):
@@ -241,6 +247,8 @@ def to_json(config: RunConfig) -> dict[str, Any]:
                 del table[name]
     if config.body == BodyConfig():
         del found["body"]
+    elif not config.body.feet_axis:
+        del found["body"]["feet_axis"]
     return found
 
 
@@ -292,6 +300,7 @@ _BEFORE: Final[dict[type, dict[str, Any]]] = {
     Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
     RunConfig: {"sensors": "centimetres", "variation": dataclasses.asdict(PUBLISHED)},
     TrialConfig: {"trajectory_bits": 0},
+    VariationConfig: {"exchange_weight": 0},
 }
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 
@@ -326,7 +335,7 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         if value not in typing.get_args(kind):
             raise InvalidData(f"{where}: {value!r} is not one of {typing.get_args(kind)}")
         return value
-    if kind is str and isinstance(value, str):
+    if kind in (str, bool) and type(value) is kind:
         return value
     if kind is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
         return float(value)
