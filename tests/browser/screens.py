@@ -50,7 +50,9 @@ def _greeting(page: Page) -> None:
         return
     # what is typed would scroll the sheet of a phone
     page.wait_for_function("parseFloat(document.querySelector('.ta-replay')?.textContent) >= 20")
-    page.get_by_role("button", name="Pause", exact=True).click(force=True)
+    pause = page.get_by_role("button", name="Pause", exact=True)
+    with contextlib.suppress(PlaywrightTimeoutError):  # it may have come to its end
+        pause.click(force=True, timeout=5_000)
     page.mouse.move(*_nowhere(page))
     page.wait_for_timeout(2500)
 
