@@ -17,16 +17,16 @@ import numpy as np
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import parts
-from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions import limiter, tolerances
 from engine.fabrication.dimensions.cables import (
     CAP_FRICTION,
     CableDesign,
     cable_design,
-    design_cables,
     working_length,
 )
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.servo_parts import drum_errors, servo_rod_centre_of_mass
+from engine.fabrication.parts.drum import drum_errors
+from engine.fabrication.parts.servo_parts import servo_rod_centre_of_mass
 
 TOLERANCE: Final = 2.0
 """A tolerance of the sheet is this many standard deviations."""
@@ -38,10 +38,8 @@ MODULUS_MEASURED: Final = 0.05
 """The same after a pull test."""
 ELASTIC: Final = 0.15
 """Standard deviation of the stiffness of the elastic in an internal cable, in parts of it."""
-BALLAST_LENGTH: Final = 0.012
-"""Length of the ballast along the servo rod, in m; it ends where the cap of node 1 begins."""
 SERVO_RATE: Final = 400.0
-"""How fast a 9 g servo turns, in degrees per second."""
+"""How fast a small servo turns under load, in degrees per second."""
 SERVO_RATE_SPREAD: Final = 0.15
 DEAD_PULSE: Final = 10.0
 """By how much a servo's pulse may change before it moves, in microseconds."""
@@ -175,10 +173,10 @@ def _centre_of_mass(morphology: Morphology, materials: Materials) -> Deviation:
         key="centre_of_mass",
         name="servo rod's centre of mass",
         simulated=f"{1e3 * t.SERVO_ROD_CENTRE_OF_MASS[0]:.1f} mm inwards of the rod's middle",
-        built=f"{x:.1f} mm inwards, {y:.1f} mm along, {z:.1f} mm aside: {1e3 * off:.0f} mm off",
+        built=f"{x:.1f} mm inwards, {y:.1f} mm along, {z:.1f} mm aside: {1e3 * off:.1f} mm off",
         spread="± 1 mm each way",
         origin=Origin.COMPUTED,
-        source="solids of servo, mount and drum",
+        source="solids of servo, mount, drum and counterweight",
         remedy="evolve with --as-built, whose bodies have the centre of mass that the design has",
         figures={"centre_of_mass": tuple(map(float, middle))},
         scatter={"centre_of_mass": 0.001},
@@ -186,20 +184,10 @@ def _centre_of_mass(morphology: Morphology, materials: Materials) -> Deviation:
 
 
 def built_centre_of_mass(morphology: Morphology, materials: Materials) -> np.ndarray:
-    """Return (3,) the centre of mass of a servo rod with its ballast, in m, in the rod's frame."""
+    """Return (3,) the centre of mass of a servo rod, in m, in the rod's frame."""
     listed = parts(morphology, materials)
-    n = morphology.n_modules
-    ballast = sum(p.mass for p in listed if p.name == "ballast")
-    rod = sum(
-        p.quantity * p.mass
-        for p in listed
-        if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
-    )
-    bare = servo_rod_centre_of_mass(materials, rod / n)
-    total = sum(p.quantity * p.mass for p in listed if p.group == "servo rod") / n
-    tail = float(np.mean([d.tail for d in design_cables(morphology, materials)]))
-    at = np.array([0.0, (t.ROD_LENGTH - BALLAST_LENGTH) / 2 - tail, 0.0])
-    return np.asarray(((total - ballast) * bare + ballast * at) / total)
+    caps = sum(p.quantity * p.mass for p in listed if p.name.startswith("cap") and p.group == "servo rod")
+    return servo_rod_centre_of_mass(materials, caps / morphology.n_modules)
 
 
 def _cables(levels: Sequence[int], materials: Materials) -> Deviation:
@@ -266,16 +254,28 @@ def _line_elastic(_morphology: Morphology, materials: Materials) -> Deviation:
     )
 
 
-def _line_limit(_morphology: Morphology, _materials: Materials) -> Deviation:
+def _line_limit(_morphology: Morphology, materials: Materials) -> Deviation:
+    if limiter.has_limiter(materials):
+        return Deviation(
+            key="line_limit",
+            name="largest tension of an internal cable",
+            simulated=f"{t.SERVO_MAX_TENSION:g} N",
+            built=f"{t.SERVO_MAX_TENSION:g} N, by a stretched thread in the rod",
+            spread=f"± {100 * limiter.SPREAD:.0f} %",
+            origin=Origin.ASSUMED,
+            source=f"a thread of {limiter.GROWTH:.0f} N/m, adjusted with a weight; friction at the cap",
+            remedy="adjust the thread with the weight, in the cable's direction",
+            scatter={"line_limit": limiter.SPREAD},
+        )
     return Deviation(
         key="line_limit",
         name="largest tension of an internal cable",
         simulated=f"{t.SERVO_MAX_TENSION:g} N",
-        built="none: nothing slips",
+        built="none: nothing gives way",
         spread="",
         origin=Origin.COMPUTED,
         source="a line with an elastic in it has no limit",
-        remedy="a slip limiter, or evolve with --as-built",
+        remedy="tubes as rods, which a limiter fits into, or evolve with --as-built",
         figures={"line_limit": 0.0},
     )
 
@@ -294,17 +294,17 @@ def _line_lengths(_morphology: Morphology, _materials: Materials) -> Deviation:
     )
 
 
-def _winding(_morphology: Morphology, materials: Materials) -> Deviation:
+def _winding(_morphology: Morphology, _materials: Materials) -> Deviation:
     return Deviation(
         key="winding",
         name="how the drum winds",
         simulated="the published table",
-        built=f"evenly: up to {max(drum_errors(materials.servo)):.1f} mm off in between",
+        built=f"by cams: up to {max(drum_errors()):.1f} mm off in between",
         spread=f"± {tolerances.TRAVEL / TOLERANCE:.1f}° of travel",
         origin=Origin.COMPUTED,
-        source="radii of the drum's grooves",
+        source="outlines of the drum's cams",
         remedy="evolve with --as-built",
-        figures={"winding": "even"},
+        figures={"winding": "cams"},
         scatter={"travel": tolerances.TRAVEL / TOLERANCE},
     )
 
@@ -319,7 +319,7 @@ def _servo(_morphology: Morphology, materials: Materials) -> Deviation:
         built=f"{SERVO_RATE:.0f}° per second at most, still within {dead:.1f}°",
         spread=f"± {100 * SERVO_RATE_SPREAD:.0f} % of the rate",
         origin=Origin.ASSUMED,
-        source="data sheets of the SG90: 0.10 to 0.12 s for 60° without load, dead band 5 to 10 µs",
+        source="data sheets of small servos: 0.10 to 0.12 s for 60° without load, dead band 5 to 10 µs",
         remedy="a digital servo",
         figures={"servo_rate": SERVO_RATE, "dead_band": dead},
         scatter={"servo_rate": SERVO_RATE_SPREAD},

@@ -6,6 +6,7 @@ Each is worked out from the body's genes, the simulated model and the materials.
 - ``floating_module``: one module simulated at rest, and what it must measure released and contracted.
 - ``cables``: how the passive cables of a module are made: section, length along the rods, strain.
 - ``cable_problems``: which of them cannot be made or would not last, and what would help.
+- ``limiter``: what gives way when an internal cable pulls more than the simulated servo does.
 - ``cut_lists``: every cable and every rod, one a row, and how many rods to buy.
 - ``joints``: which face joins the next module, with which nodes and in which turn.
 - ``pull_test``: the coupon to print and pull before the cables are made.

@@ -6,7 +6,9 @@ in the room above. Read in this order:
 - ``solids``: boxes, bars and cylinders to build parts from, and the measure of thin walls.
 - ``mesh_files``: solids as STL and 3MF.
 - ``net``: the 24 cables of a module unfolded into one flat net.
-- ``servo_parts``: the servo's mount, its drum and the guide of its lines.
+- ``cams``: outlines that wind the internal cables nearly as the published table says.
+- ``drum``: the servo's drum, made of such cams.
+- ``servo_parts``: the servo's mount, the guide of its lines and the counterweight.
 - ``shapes``: the solids of nets, caps, links and the coupon.
 - ``net_files``: the net as a drawing at 1:1, DXF and SVG.
 - ``printed_parts``: which of these a robot needs, how many, of what, and whether they can be printed.

@@ -16,8 +16,8 @@ from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
+from engine.fabrication.parts import drum, shapes, solids
 from engine.fabrication.parts import servo_parts as sp
-from engine.fabrication.parts import shapes, solids
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
 
@@ -28,6 +28,7 @@ _COLOURS: Final = {
     "servo": (40, 80, 160, 255),
     "mount": (230, 120, 40, 255),
     "drum": (240, 200, 60, 255),
+    "ballast": (150, 155, 160, 255),
     "line": (200, 60, 60, 255),
     "link": (110, 190, 110, 255),
 }
@@ -50,9 +51,10 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
     )
     scene.shape("cable", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     scene.shape("line", Manifold.cylinder(1.0, 1.0, 1.0, 6))
-    scene.shape("mount", sp.servo_mount(materials.servo, materials.printer))
+    scene.shape("mount", sp.servo_mount(materials))
     scene.shape("servo", sp.servo_body(materials.servo))
-    scene.shape("drum", sp.drum_in_place(materials.servo))
+    scene.shape("drum", drum.drum_in_place(materials.servo))
+    scene.shape("ballast", sp.ballast(materials))
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
@@ -73,7 +75,7 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
             scene.add_bar("cable", f"{m}_cable_{a}_{b}", points[a], points[b], width)
         a, b = t.RODS[t.SERVO_ROD]
         middle = points[[a, b]].mean(axis=0)
-        for name in ("mount", "servo", "drum"):
+        for name in ("mount", "servo", "drum", "ballast"):
             scene.add(name, f"{m}_{name}", rotation, middle)
         guide = middle + rotation @ sp.guide_point()
         for node in t.SERVO_NODES:
@@ -95,10 +97,10 @@ def servo_clearance(level: int, materials: Materials) -> float:
     Checked with the servo off, and from released to fully contracted in four steps, in a floating module;
     negative if they would touch.
     """
-    body = sp.servo_body(materials.servo) + sp.drum_in_place(materials.servo)
-    body = body + sp.servo_mount(materials.servo, materials.printer)
+    still = sp.servo_body(materials.servo) + sp.servo_mount(materials) + sp.ballast(materials)
     gap = 50.0
     for command in (None, 0, 60, 120, CONTRACTED):
+        body = still + drum.drum_in_place(materials.servo, command or 0.0)
         nodes = 1e3 * floating_module(level, command).nodes
         rotation, middle = _servo_frame(nodes)
         for r, (a, b) in enumerate(t.RODS):

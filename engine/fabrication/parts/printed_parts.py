@@ -14,8 +14,9 @@ from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import solids
+from engine.fabrication.parts.drum import drum_discs
 from engine.fabrication.parts.net import module_net
-from engine.fabrication.parts.servo_parts import laid, mount_blank, servo_drum, servo_mount
+from engine.fabrication.parts.servo_parts import ballast_length, laid, mount_blank, servo_mount
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 
 FLEXIBLE_DENSITY: Final = 1190.0
@@ -109,6 +110,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 materials,
                 f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
                 "on its sleeve's end, crown up, with a brim, no support",
+                # a slanting hole leaves a sharp rim, which is no thin wall
+                walls=cap(design, materials.printer, line=False),
             )
         )
     result += [
@@ -116,22 +119,25 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             "servo_mount",
             n,
             everywhere,
-            laid(servo_mount(materials.servo, materials.printer)),
+            laid(servo_mount(materials)),
             materials,
-            "on the middle of each servo rod; holds the servo and guides its five lines",
-            "on its plate, the ball up; support below tube and ball; drill the ball's holes free",
+            "between the halves of each servo rod; holds servo and counterweight and guides the five lines",
+            "the ball up, with support; drill the holes of arm and ball free, 1 mm",
             # where a slanting hole leaves a ball its rim is sharp, which is no thin wall
-            walls=laid(mount_blank(materials.servo, materials.printer)),
+            walls=laid(mount_blank(materials.servo, materials.printer, ballast_length(materials))),
         ),
-        _part(
-            "servo_drum",
-            n,
-            everywhere,
-            servo_drum(materials.servo),
-            materials,
-            "five grooves that wind the internal cables while it turns counter-clockwise, seen from the"
-            " shaft's end",
-            "wide end down; no support, but clear the grooves with a blade until a line slides freely",
+        *(
+            _part(
+                f"servo_drum_{k}",
+                n,
+                everywhere,
+                disc,
+                materials,
+                "a disc of the drum, the lowest is 1; five cams wind the internal cables while it turns"
+                " counter-clockwise, seen from the shaft's end",
+                "peg up, no support",
+            )
+            for k, disc in enumerate(drum_discs(materials.servo), start=1)
         ),
     ]
     if n > 1:
