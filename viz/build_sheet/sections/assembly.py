@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.acceptance import RODS, SPAN, expected, pull
 from engine.fabrication.dimensions.cables import CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.dimensions.limiter import has_limiter
@@ -78,6 +79,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.together(
             [
                 blocks.subheading("What a finished module measures"),
+                blocks.body(_spans(facts)),
                 _contraction(facts, paper.inner_width),
                 blocks.gap(2),
                 blocks.note(
@@ -212,23 +214,48 @@ def notch_gaps() -> tuple[float, float]:
     return float(angles[0] - angles[-1] + 360.0), float(angles[2] - angles[1])
 
 
+def _spans(facts: Facts) -> str:
+    """Return what to measure before the servo moves, which tells one wrong cable."""
+    span = float(expected(facts.morphology.stiffness_levels[0]).spans.mean())
+    first, second = RODS
+    return (
+        f"<b>Servo off:</b> every one of the 24 cables spans {1000 * span:.1f} mm, ± {1000 * SPAN:.1f} mm,"
+        " from rod end to rod end. One that spans less is too stiff or too short, its neighbours are right."
+        f" <b>Stretch:</b> hold rod {first} level with rod {second} below it, hang the weight on the middle"
+        f" of rod {second}, and measure how far the two move apart. Less: all cables are too stiff, more: too"
+        " soft. Then type a0 and a180:"
+    )
+
+
 def _contraction(facts: Facts, width: float) -> Flowable:
     rows = []
     levels = facts.morphology.stiffness_levels
     for level in dict.fromkeys(levels):
         modules = style.module_names([i for i, other in enumerate(levels) if other == level])
+        stretch = 1000 * expected(level).stretch
+        weight = f"{1000 * pull(level) / GRAVITY:.0f}"
         rows += [
             [
                 modules,
+                *((weight, f"{stretch:.1f} ± {tolerances.STIFFNESS * stretch:.1f}") if k == 0 else ("", "")),
                 f"{d.nodes[0]} and {d.nodes[1]}",
                 f"{1000 * d.released:.1f}",
                 f"{1000 * d.contracted:.1f}",
                 f"± {1000 * d.tolerance:.1f}",
             ]
-            for d in contraction(level, facts.built)
+            for k, d in enumerate(contraction(level, facts.built))
         ]
-    header = ("modules", "between nodes", "at a0 (mm)", "at a180 (mm)", "may differ (mm)")
-    return blocks.grid(header, rows, blocks.columns(width, 24, 19, 19, 19, 19), right=(2, 3, 4))
+    header = (
+        "modules",
+        "weight (g)",
+        "stretch (mm)",
+        "between nodes",
+        "at a0 (mm)",
+        "at a180 (mm)",
+        "may differ (mm)",
+    )
+    shares = (18, 12, 15, 16, 12, 13, 14)
+    return blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 4, 5, 6))
 
 
 def _step(paper: Paper, number: int, step: Step) -> Flowable:
