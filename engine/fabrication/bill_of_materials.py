@@ -198,6 +198,8 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
             groups = [("plain rods", p.quantity - servo_caps), ("servo rod", servo_caps)]
         elif p.name.startswith("net"):
             groups = [("passive cables", p.quantity)]
+        elif p.name.startswith("tag"):
+            groups = [("plain rods", p.quantity)]
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
         where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""

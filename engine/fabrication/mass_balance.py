@@ -66,7 +66,7 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
     caps = sum(p.quantity * p.mass for p in listed if p.name.startswith("cap") and p.group == "servo rod")
     off = servo_rod_centre_of_mass(materials, caps / n) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
     why = {
-        "plain rods": f"{materials.rod.material} and two printed caps each",
+        "plain rods": f"{materials.rod.material} and two printed caps each, and the head's tag",
         "servo rod": "rod, caps, servo, mount, drum and counterweight; its centre of mass lies"
         f" {1e3 * float(np.linalg.norm(off)):.1f} mm off the simulated one",
         "passive cables": "massless in the simulation",

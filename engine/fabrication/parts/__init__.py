@@ -9,6 +9,7 @@ in the room above. Read in this order:
 - ``cams``: outlines that wind the internal cables nearly as the published table says.
 - ``drum``: the servo's drum, made of such cams.
 - ``servo_parts``: the servo's mount, the guide of its lines and the counterweight.
+- ``head_tag``: what carries the tag by which a camera sees the head.
 - ``shapes``: the solids of nets, caps, links and the coupon.
 - ``net_files``: the net as a drawing at 1:1, DXF and SVG.
 - ``printed_parts``: which of these a robot needs, how many, of what, and whether they can be printed.

@@ -15,6 +15,7 @@ from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import solids
 from engine.fabrication.parts.drum import drum_discs
+from engine.fabrication.parts.head_tag import tag_clip, tag_plate
 from engine.fabrication.parts.net import module_net
 from engine.fabrication.parts.servo_parts import ballast_length, laid, mount_blank, servo_mount
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
@@ -140,6 +141,11 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             for k, disc in enumerate(drum_discs(materials.servo), start=1)
         ),
     ]
+    for name, solid, note, how in (
+        ("tag_clip", tag_clip(materials.printer), "on a rod of the head, for the tag's wire", "on its end"),
+        ("tag_plate", tag_plate(), "above the head point, for the tag that a camera sees", "boss up"),
+    ):
+        result.append(_part(name, 1, everywhere, solid, materials, note, f"{how}, no support"))
     if n > 1:
         result.append(
             _part(
