@@ -9,6 +9,7 @@ Read in this order; a room imports only rooms listed before it:
 - ``runs``: run files: found, started, uploaded, compared.
 - ``maps``: the left panel: which maps of a run, drawn how.
 - ``replay``: a replay in the 3D scene, and its transport.
+- ``pointing``: what is pointed at on a robot.
 - ``robot``: the right panel: the chosen robot, and which trial of it is replayed.
 - ``downloads``: files for download.
 - ``session``: builds all of this for one browser and connects it.

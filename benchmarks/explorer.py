@@ -1,7 +1,12 @@
 """How quick the explorer is: ``python -m benchmarks.explorer``.
 
 Starts the app as a process of its own and plays the browsers: clients that speak viser's protocol and
-draw nothing, so that all figures are the server's alone. Prints, for robots of 10 modules:
+draw nothing, so that all figures are the server's alone. Prints, of the first shipped run:
+
+- how long and how much of a processor it takes until the robot that greets has moved;
+- how long after Breed is pressed the first children of a robot of 4 modules are there;
+
+and for robots of 10 modules:
 
 - the time from a click to the first frame, of the first click after the app's start, of robots seen for the
   first time and of those seen before, and to the end of the replay if one scrubs there at once;
@@ -27,15 +32,25 @@ import numpy as np
 import tyro
 from rich.console import Console
 
+from app.runs.library import PROJECT_ARCHIVES
 from benchmarks.clicking import SIMULATED, Place, opened, places, select, show_generation, whole
 from benchmarks.rows import Row, show
-from benchmarks.server_process import ServerProcess, explorer
-from benchmarks.synthetic_browser import SyntheticBrowser, html_with
+from benchmarks.server_process import ServerProcess, cpu_of, explorer
+from benchmarks.synthetic_browser import SyntheticBrowser, html_with, moves_robot
 from benchmarks.synthetic_run import SyntheticRun, write_run
 from benchmarks.timing import machine
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.config import preset, replaced
 
+SHIPPED: Final = PROJECT_ARCHIVES / "goal-reaching-dm-me.tsmr"
+GREETING: Final = 3.0
+"""Seconds from a page's connection until the robot that greets has moved."""
+GREETING_CPU: Final = 1.0
+"""CPU seconds of the server for that."""
+CHILDREN: Final = 3.0
+"""Seconds from a press on Breed to the first children."""
+PARENT: Final = "morphology:2,1"
+"""Cell of a robot of four modules in the first shipped run."""
 FIRST_FRAME: Final = 0.08
 """Seconds from a click to the first frame that 95 of 100 clicks must not exceed, nor the first one of all."""
 WHOLE: Final = 0.3
@@ -59,11 +74,14 @@ WARM: Final = 100
 """Selections before memory is first looked at."""
 
 
+Part = Literal["all", "greeting", "breeding", "starts", "clicks", "replays", "memory", "opening", "updating"]
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Arguments:
     """Measure the explorer."""
 
-    part: Literal["all", "starts", "clicks", "replays", "memory", "opening", "updating"] = "all"
+    part: Part = "all"
     """What to measure."""
 
     starts: int = 5
@@ -114,6 +132,10 @@ def main(arguments: Arguments) -> int:
         if wanted("starts", "clicks", "replays", "memory", "opening"):
             write_run(clicked, evaluations=2 * n_robots + 200, initial=200, modules=modules)
         robots = places(clicked) if clicked.exists() else []
+        if wanted("greeting"):
+            rows += greeting(folder, a.starts)
+        if wanted("breeding") and not a.quick:  # an evolution is not quick
+            rows += breeding(folder)
         if wanted("starts"):
             rows += first_clicks(clicked, folder, robots, a.starts)
         if wanted("clicks", "replays", "memory"):
@@ -135,6 +157,52 @@ def main(arguments: Arguments) -> int:
     passed = all(row.passed is not False for row in rows)
     console.print("every figure is met" if passed else "a figure falls short")
     return int(not passed)
+
+
+def greeting(folder: Path, n: int) -> list[Row]:
+    """Start the app and open two pages, one after the other, several times."""
+    waits: list[list[float]] = [[], []]
+    costs: list[list[float]] = [[], []]
+    for _ in range(n):
+        with explorer([SHIPPED], folder) as server:
+            for page in (0, 1):
+                cpu, started = server.cpu(), time.perf_counter()
+                with SyntheticBrowser(server.address) as browser:
+                    browser.arrive()
+                    waits[page].append(browser.wait(moves_robot, 0) - started)
+                    costs[page].append(server.cpu() - cpu)
+    return [
+        Row(
+            f"opening the {which} page until its robot moves, median of {n} starts",
+            f"{np.median(wait):.2f} s (server {np.median(cost):.2f} s of CPU)",
+            f"under {GREETING:g} s, {GREETING_CPU:g} s of CPU",
+            bool(np.median(wait) < GREETING and np.median(cost) < GREETING_CPU),
+        )
+        for which, wait, cost in zip(("first", "second"), waits, costs, strict=True)
+    ]
+
+
+def breeding(folder: Path) -> list[Row]:
+    """Breed a robot of four modules."""
+    with explorer([SHIPPED], folder) as server, SyntheticBrowser(server.address) as browser:
+        browser.arrive()
+        opened(browser)
+        mark = browser.mark()
+        browser.click(PARENT)
+        browser.wait(html_with("cell 2,1"), mark)
+        mark, started = browser.mark(), time.perf_counter()
+        browser.set("Breed", True)
+        wait = browser.wait(html_with('class="ta-keep"'), mark) - started
+        cost = cpu_of(str(folder / "runs"))
+        browser.set("Stop breeding", True)
+    return [
+        Row(
+            "from a press on Breed to the first children, robots of 4 modules",
+            f"{wait:.2f} s (the run {cost:.2f} s of CPU)",
+            f"under {CHILDREN:g} s",
+            wait < CHILDREN,
+        )
+    ]
 
 
 def first_clicks(run: Path, folder: Path, robots: Sequence[Place], n: int) -> list[Row]:

@@ -60,6 +60,17 @@ class ServerProcess:
         return int(found[1]) / 1024
 
 
+def cpu_of(argument: str) -> float:
+    """Return the CPU seconds used so far by all processes that have a text in their command line."""
+    total = 0
+    for place in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended
+            if argument in (place / "cmdline").read_text():
+                fields = (place / "stat").read_text().rpartition(")")[2].split()
+                total += int(fields[11]) + int(fields[12])
+    return total / os.sysconf("SC_CLK_TCK")
+
+
 @contextlib.contextmanager
 def explorer(runs: Sequence[Path], folder: Path, *flags: str) -> Iterator[ServerProcess]:
     """Serve runs within a ``with`` block, from a folder whose ``runs/`` is on offer as well."""

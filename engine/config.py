@@ -234,6 +234,11 @@ def to_json(config: RunConfig) -> dict[str, Any]:
     if not config.trials.trajectory_bits:
         # runs from before positions were rounded keep their hash
         del found["trials"]["trajectory_bits"]
+    if not config.variation.exchange_weight:
+        # and so do those from before controllers were exchanged
+        del found["variation"]["exchange_weight"]
+        if config.variation.donors == PUBLISHED.donors:
+            del found["variation"]["donors"]
     # runs from before there were feet keep theirs
     for table, default in ((found["physics"], Physics()), (found["variation"]["body"], PUBLISHED.body)):
         for name in ("feet_forward", "feet_backward", "feet_rate"):
@@ -292,6 +297,7 @@ _BEFORE: Final[dict[type, dict[str, Any]]] = {
     Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
     RunConfig: {"sensors": "centimetres", "variation": dataclasses.asdict(PUBLISHED)},
     TrialConfig: {"trajectory_bits": 0},
+    VariationConfig: {"exchange_weight": 0},
 }
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 

@@ -24,7 +24,7 @@ from engine import config as configuration
 from engine.body import module as t
 from engine.body.feet import FEET_TEXT
 from engine.body.morphology import Morphology
-from engine.config import RunConfig, task_of
+from engine.config import RunConfig
 from engine.errors import ExportError, printable
 from engine.fabrication.bill_of_materials import simulated_mass
 from engine.files import compact_json, csv_text
@@ -37,7 +37,7 @@ from engine.simulation.provenance import versions
 from engine.simulation.rollout import Head
 from engine.simulation.trials import physics_of
 from engine.storage.reader import RunReader
-from engine.tasks import get_task, sensed, target_offsets, task_version
+from engine.tasks import get_task, target_offsets, task_version
 from engine.tasks.walls import Wall, add_walls
 
 GENOTYPE_FORMAT: Final = "tensatlas-genotype"
@@ -73,7 +73,6 @@ class Trial:
 
     Attributes:
         settled: the complete state after settling.
-        sensed: (inputs,) what the controller senses when the trial begins.
         pose: (modules, 6, 7) positions in m and quaternions (w, x, y, z) of the rods after settling.
         commands: (K, modules x 5) commanded lengths in m, in the order of the actuators.
         path: (S + 1, 2) head positions at 1 Hz in the settled head's frame, in m.
@@ -83,7 +82,6 @@ class Trial:
     """
 
     settled: np.ndarray
-    sensed: np.ndarray
     pose: np.ndarray
     commands: np.ndarray
     path: np.ndarray
@@ -215,7 +213,6 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
     loop, path = replay.loop, []
     if loop is not None and replay.failure is None:
         settled, pose = loop.sim.state()[0, 0], loop.sim.qpos[0, 0].reshape(-1, len(t.RODS), 7).copy()
-        first = sensed(task_of(config), loop.view(), loop.sim.alive)[0, 0]
         path.append(loop.head()[0, 0])
         for second in range(1, math.floor(config.trials.trial_time) + 1):
             replay.advance(float(second))
@@ -227,7 +224,7 @@ def simulate_trial(config: RunConfig, evaluation: Evaluation) -> Trial:
         )
     commands = np.concatenate([s.commanded[:, 0, 0] for s in spans if s.sensed is not None])
     commands = commands.reshape(len(commands), -1)
-    return Trial(settled, first, pose, commands, np.array(path), replay.score, replay.walls, replay)
+    return Trial(settled, pose, commands, np.array(path), replay.score, replay.walls, replay)
 
 
 def _robot_xml(

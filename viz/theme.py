@@ -35,6 +35,10 @@ SERVO_SLACK: Final = (112, 74, 48)
 SERVO_TAUT: Final = (255, 172, 64)
 SERVO_CABLE: Final = (196, 124, 60)
 """An internal cable whose tension is not shown."""
+LIT: Final = (255, 224, 120)
+"""The module that is pointed at."""
+PICKED: Final = (255, 93, 143)
+"""The rod or cable that was clicked, as what is selected on a map."""
 CONTACT: Final = (176, 232, 84)
 NUMBER: Final = (240, 244, 250)
 CHIP: Final = (26, 31, 38)

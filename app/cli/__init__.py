@@ -7,7 +7,7 @@ long to import is imported only when its command runs, so that all others start 
 Read in this order:
 
 - ``main``: the list of commands; parses a command line and turns errors into one line and an exit status.
-- ``explore``: the app in a browser: ``explore``, ``replay-dump``.
+- ``explore``: the app in a browser: ``explore``, ``replay-dump``, ``replay-log``.
 - ``evolve``: one run: ``evolve``, ``resume``, and the configuration's flags. ``campaign``: many runs.
 - ``info``: what a run file holds. ``tables``: its elites in another form: ``table``, ``project``.
 - ``compare``: a report of runs. ``verify``: an elite simulated again. ``reevaluate``: all elites again.

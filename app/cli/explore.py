@@ -1,4 +1,4 @@
-"""The commands ``explore`` and ``replay-dump``: the app in a browser, for runs or for a failure dump."""
+"""The commands ``explore``, ``replay-dump`` and ``replay-log``: the app in a browser."""
 
 from __future__ import annotations
 
@@ -79,3 +79,30 @@ class ReplayDump(_Serving):
         from app.server.server import replay_dump
 
         replay_dump(self.file, self._listening(open_browser=self.browser))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ReplayLog(_Serving):
+    """Look at the log of a drive in a browser, beside a simulation of the robot as it would be built."""
+
+    file: tyro.conf.Positional[Path]
+    """Log that drive wrote, *.jsonl."""
+    path: tyro.conf.Positional[Path]
+    """Run file of the robot."""
+    materials: str = "latex-cord"
+    """What it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    browser: bool = True
+    """Open a browser window, where there is a screen."""
+
+    def run(self, _: Console) -> None:
+        """Serve the log until interrupted.
+
+        Raises:
+            InvalidData: the file is no log, or of another robot; the materials, the token or an origin cannot
+                be used.
+            RunFileError: the run cannot be read.
+            ServerError: the address cannot be listened on.
+        """
+        from app.server.drive_log import replay_log
+
+        replay_log(self.file, self.path, self.materials, self._listening(open_browser=self.browser))

@@ -43,6 +43,8 @@ class Export:
     """What it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
     paper: Literal["a4", "letter"] = "a4"
     """Paper that the build sheet is printed on."""
+    kit: bool = False
+    """Only what is needed to buy, build and measure module 1, before the others are built."""
 
     def run(self, console: Console) -> None:
         """Write the folder of one robot, or the folders of all.
@@ -59,6 +61,8 @@ class Export:
 
         if (self.cell is None) == (not self.all_elites):
             raise InvalidData("say which robot with --cell I,J, or --all-elites for every one, not both")
+        if self.kit and self.all_elites:
+            raise InvalidData("a kit is for one robot: say which with --cell I,J")
         check_folder(self.out)
         materials = load_materials(self.materials)
         with RunReader(self.path) as reader:
@@ -68,15 +72,19 @@ class Export:
             place = ArchivePlace(archive=self.archive or "morphology", cell=parse_cell(self.cell))
             number = reader.elite_at(place.archive, place.cell)
             write_folder(self._files(reader, number, place, materials), self.out)
+        what, first = ("a kit for module 1 of ", "kit.pdf") if self.kit else ("", "build_sheet.pdf")
         console.print(
-            f"Wrote robot {number} to {as_typed(self.out)}; start with its build_sheet.pdf", markup=False
+            f"Wrote {what}robot {number} to {as_typed(self.out)}; start with its {first}", markup=False
         )
 
     def _files(
         self, reader: RunReader, number: int, place: ArchivePlace, materials: Materials
     ) -> dict[str, bytes]:
+        from app.downloads.kit_folder import kit_folder
         from app.downloads.robot_folder import robot_folder
 
+        if self.kit:
+            return kit_folder(reader, number, materials=materials, place=place, paper=self.paper)
         return robot_folder(reader, number, materials=materials, place=place, paper=self.paper)
 
     def _write_all(self, reader: RunReader, materials: Materials, console: Console) -> None:

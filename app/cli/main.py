@@ -19,7 +19,7 @@ from app.cli.campaign import Campaign
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
 from app.cli.evolve import CONFIG_FLAGS, Evolve, Resume
-from app.cli.explore import Explore, ReplayDump
+from app.cli.explore import Explore, ReplayDump, ReplayLog
 from app.cli.export import Export
 from app.cli.info import Info
 from app.cli.record import Page, Record
@@ -27,6 +27,7 @@ from app.cli.reevaluate import Reevaluate
 from app.cli.repair import Migrate, Recover, Slim
 from app.cli.tables import Project, Table
 from app.cli.verify import Verify
+from app.drive.command import Drive
 from engine.config import DEFAULT_PRESET, preset
 from engine.errors import TensAtlasError
 from engine.runs.described import read_described
@@ -55,9 +56,11 @@ COMMANDS: Final[tuple[type[Command], ...]] = (
     Campaign,
     Info,
     Export,
+    Drive,
     Record,
     Page,
     ReplayDump,
+    ReplayLog,
     Verify,
     Reevaluate,
     Compare,

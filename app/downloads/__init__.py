@@ -7,5 +7,6 @@ Read in this order:
 - ``basket_panel``: the window "Take along".
 - ``buildable``: whether a robot can be built from a material.
 - ``robot_folder``: every file of a robot's folder.
+- ``kit_folder``: those of a kit for its first module.
 - ``recording``: a replay as a page, a picture or a video.
 """

@@ -65,7 +65,7 @@ _WHAT: Final = (
     ("parts/*.3mf", "part to print, units inside"),
     ("net/*.dxf", "flat net at 1:1, in mm, with a scale bar"),
     ("net/*.svg", "flat net at 1:1, in mm, with a scale bar"),
-    ("firmware/*", "Arduino sketch with the robot's controller"),
+    ("firmware/*", "Arduino sketch with the robot's controller and its gaits"),
 )
 
 
@@ -112,7 +112,7 @@ def robot_folder(
     progress("parts", 2, STEPS)
     for name, content in fabrication_files(facts.morphology, materials).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
-    sketch = firmware_files(reader.config, evaluation, run=facts.run_name, first=trial.sensed)
+    sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     progress("build sheet", 3, STEPS)
     files["build_sheet.pdf"] = build_sheet(facts, materials, paper)[0]

@@ -21,8 +21,9 @@ from app.gui.widgets import put_html
 
 WINDOWS: Final = ("Elites", "Run", "New run", "Breed", "Compare", "Side by side", "Take along")
 """All windows, in the order of their buttons."""
+WINDOW_LEFT: Final = 12
 WINDOW_WIDTH: Final = 370
-"""Pixels."""
+"""Pixels, from the left edge of the scene."""
 _ICONS: Final = {
     "theme": "M8 2a6 6 0 100 12zM8 2a6 6 0 010 12",
     "picture": "M2 5h3l1-2h4l1 2h3v8H2zM8 7a2 2 0 100 4 2 2 0 000-4",
@@ -63,6 +64,7 @@ class TopBar:
         self._theme_wanted = theme_wanted
         self._windows: list[_Window] = []
         self._open: _Window | None = None
+        self._covers: Callable[[int], None] = lambda _pixels: None
         panel = gui.add_panel(order=-2.0)
         with panel.add_tab("TensAtlas"):
             self._bar = gui.add_html("")
@@ -89,7 +91,7 @@ class TopBar:
         tab = panel.add_tab(label, icon)
         with tab:
             self._gui.add_html('<style class="ta-window"></style>')
-        panel.float(x=12, y=10, width=WINDOW_WIDTH)
+        panel.float(x=WINDOW_LEFT, y=10, width=WINDOW_WIDTH)
         self._windows.append(_Window(label, hint, panel, opened))
         self._windows.sort(key=lambda window: WINDOWS.index(window.label))
         self._draw()
@@ -106,6 +108,7 @@ class TopBar:
         self._n_opened += 1
         put_html(self._reveal, run_script(f"{_REVEAL}/*{self._n_opened}*/"))
         self._draw()
+        self._covers(WINDOW_LEFT + WINDOW_WIDTH)
         found.opened()
 
     def close(self) -> None:
@@ -114,10 +117,15 @@ class TopBar:
             self._open.panel.visible = False
         self._open = None
         self._draw()
+        self._covers(0)
 
     def shows(self, label: str) -> bool:
         """Tell whether a window is open."""
         return self._open is not None and self._open.label == label
+
+    def on_covering(self, covers: Callable[[int], None]) -> None:
+        """Call a function with how many pixels of the scene a window covers at its left edge, 0 for none."""
+        self._covers = covers
 
     def tell(self, label: str, badge: str) -> None:
         """Say something beside the label of a window: how many things it holds, or what goes on there."""

@@ -209,8 +209,8 @@ class ArchivesPanel:
             '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:5px;'
             'align-items:baseline;margin:2px 0 3px"><b style="font-size:12.5px;flex:1;white-space:nowrap">'
             f"{html.escape(picture.title)}</b>"
-            f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:11px;opacity:.8;'
-            f'cursor:help">{html.escape(picture.figures)}'
+            f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:10.5px;opacity:.8;'
+            f'white-space:nowrap;cursor:help">{html.escape(picture.figures)}'
             f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{ENLARGE}</div>'
             f'<div style="max-width:410px">{picture.render(ring, self._cells.handler)}</div></div>'
         )

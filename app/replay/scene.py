@@ -68,6 +68,12 @@ class Scene:
         with self._drawing:
             self._show(moment)
 
+    @property
+    def drawing(self) -> Drawing | None:
+        """The robot as it was drawn last, None if there is none."""
+        seen = self._seen
+        return None if seen is None else seen[0]
+
     def look(self, view: View) -> None:
         """Look at the robot from close by, at it and its target, or from above, beside or before its head."""
         with self._drawing:

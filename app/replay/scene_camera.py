@@ -17,6 +17,8 @@ TOP, BOTTOM, SIDES = 50, 130, 25
 PHONE_WIDTH = 576
 """Pixels: in a window that is no wider, viser's panels cover the lower three fifths."""
 PHONE_COVERED = 0.62
+LEAST_FREE = 200
+"""Pixels beside a window that a robot is shown in; where there are fewer, it may lie under the window."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 KNOWN_PLACES = 300
@@ -40,6 +42,21 @@ class Framing:
     part: float = 1.0
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ray:
+    """Where a pointer points.
+
+    Attributes:
+        origin: (3,) the eye, in m.
+        direction: (3,) of length 1.
+        pixel: the angle that a pixel takes, in rad.
+    """
+
+    origin: np.ndarray
+    direction: np.ndarray
+    pixel: float
+
+
 class SceneCamera:
     """Places the camera, and knows where it is: a slow browser tells that late.
 
@@ -58,6 +75,7 @@ class SceneCamera:
         self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
         self._framing: Framing | None = None
         self._size = (0, 0)
+        self._covered = 0
         self._followed = np.zeros(2)
         self._framed_at = self._followed
         self._mutex = threading.RLock()
@@ -73,6 +91,21 @@ class SceneCamera:
         right = right / level if level > 1e-6 else np.array([1.0, 0.0, 0.0])
         return np.stack([right, np.cross(out, right)])
 
+    def ray(self, x: float, y: float) -> Ray:
+        """Return the ray from the eye through a place of the scene.
+
+        Args:
+            x: from 0 at its left edge to 1 at the right one.
+            y: from 0 at its upper edge to 1 at the lower one.
+        """
+        camera, edge = self._client.camera, math.tan(FIELD_OF_VIEW / 2)
+        right, up = self.facing
+        with self._mutex:
+            eye, ahead = self._eye, self._focus - self._eye
+        across = edge * camera.image_width / max(camera.image_height, 1)
+        way = ahead / np.linalg.norm(ahead) + (2 * x - 1) * across * right + (1 - 2 * y) * edge * up
+        return Ray(eye, way / np.linalg.norm(way), 2 * edge / max(camera.image_height, 1))
+
     def show(self, framing: Framing) -> None:
         """Show points above the panel that covers the lower edge, whatever size the scene gets meanwhile."""
         with self._mutex:
@@ -83,7 +116,8 @@ class SceneCamera:
         camera = self._client.camera
         self._remember(camera.position)  # which may be reported once more
         self._size = (width, height) = (camera.image_width, camera.image_height)
-        sides = max(SIDES, 0.5 * (1.0 - framing.part) * width)
+        left = self._covered if not self._phone and width - self._covered >= LEAST_FREE else 0
+        sides = max(SIDES, 0.5 * (1.0 - framing.part) * (width - left))
         window = Window(
             fov=FIELD_OF_VIEW,
             width=width,
@@ -91,8 +125,15 @@ class SceneCamera:
             top=TOP,
             bottom=PHONE_COVERED * height if self._phone else BOTTOM,
             sides=sides,
+            left=left,
         )
         self._go(*eye_showing(framing.points, framing.towards, window))
+
+    def cover(self, left: int) -> None:
+        """Show what is framed beside a window that covers so many pixels at the left edge; 0 for none."""
+        with self._mutex:
+            self._covered = left
+            self._frame_again()
 
     def start_following(self, place: np.ndarray) -> None:
         """Follow from here on what is now at a (2,) place of the ground, in m."""
@@ -142,7 +183,11 @@ class SceneCamera:
             if np.abs(self._sent - place).max(axis=1).min() > SAME:
                 self._eye, self._focus = place, np.array(camera.look_at)
                 self._framing = None  # it is the user's now
-            framing, size = self._framing, (camera.image_width, camera.image_height)
-            if framing is not None and size != self._size:
-                moved = np.array([*(self._followed - self._framed_at), 0.0])
-                self._show(Framing(framing.points + moved, self._eye - self._focus, framing.part))
+            if (camera.image_width, camera.image_height) != self._size:
+                self._frame_again()
+
+    def _frame_again(self) -> None:
+        """Show what is framed in the room that there is now, from where the camera is."""
+        if (framing := self._framing) is not None:
+            moved = np.array([*(self._followed - self._framed_at), 0.0])
+            self._show(Framing(framing.points + moved, self._eye - self._focus, framing.part))

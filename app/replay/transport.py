@@ -291,9 +291,9 @@ class TransportPanel:
         )
 
     def tick(self) -> None:
-        """Refresh now and then while playing."""
+        """Refresh now and then while playing, and whenever a replay that is held goes to another moment."""
         interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
-        if abs(self._player.time - self._shown_time) >= interval:
+        if not self._player.playing or abs(self._player.time - self._shown_time) >= interval:
             self.refresh()
 
 

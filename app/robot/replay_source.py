@@ -9,6 +9,7 @@ import viser
 
 from app.gui.actions import Actions
 from app.gui.top_bar import TopBar
+from app.pointing.pointing import Pointing
 from app.replay.player import ReplayMoment
 from app.replay.scene import Scene, View
 from app.replay.scene_camera import SceneCamera
@@ -65,6 +66,7 @@ class ReplaySource:
         self._scene, self._live, self._play = scene, panel.live, play
         self._side_by_side = SideBySideScene(client, camera)
         self._label = _VariantLabel(client.scene)
+        self._pointing = Pointing(client, scene, camera)
         self._robot: Entry | None = None
         self._what_if = WhatIfPanel(
             client, panel.tabs, actions, WhatIfEvents(self._play_variant, may_simulate)
@@ -103,11 +105,13 @@ class ReplaySource:
         if isinstance(replay, SideBySideReplay):
             self._label.remove()
             self._scene.clear()
+            self._pointing.clear()
             self._side_by_side.show(replay, moment.time, self._scene.overlays)
             self.pins.tell(replay, moment.time)
             return
         self._side_by_side.clear()
         self._scene.show(moment)
+        self._pointing.show(moment)
         if isinstance(replay, WhatIfReplay):
             self._label.show(replay, moment.index)
         else:
@@ -123,6 +127,7 @@ class ReplaySource:
         """Remove all robots from the scene."""
         self._label.remove()
         self._scene.clear()
+        self._pointing.clear()
         self._side_by_side.clear()
 
     def close(self) -> None:

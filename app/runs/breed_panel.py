@@ -43,6 +43,7 @@ class BreedPanel:
             robot that is shown.
         show: called with a run that was started.
         replay: called with a robot that the user wants to see.
+        tell: called with how many robots are marked to be bred from.
     """
 
     def __init__(
@@ -55,9 +56,10 @@ class BreedPanel:
         *,
         show: Callable[[Path], None],
         replay: Callable[[Path, int], None],
+        tell: Callable[[int], None],
     ) -> None:
         self._actions, self._library, self._sources = actions, library, sources
-        self._show, self._replay = show, replay
+        self._show, self._replay, self._tell = show, replay, tell
         self._parents: list[Robot] = []
         self._path: Path | None = None
         self._live = self._is_mine = False
@@ -97,7 +99,7 @@ class BreedPanel:
                 "Breed", icon=viser.Icon.HEART, hint="Evolve from the robots above, or from the one you see"
             )
             self._stop = gui.add_button(
-                "Stop",
+                "Stop breeding",
                 icon=viser.Icon.PLAYER_STOP,
                 color="gray",
                 visible=False,
@@ -285,6 +287,7 @@ class BreedPanel:
             body = evaluation.solution.morphology
             head = body.n_modules - 1 if evaluation.head_is_end else 0
             drawn.append((f"{printable(path.stem)} {number}", body, head))
+        self._tell(len(drawn))
         put_html(self._chosen, breeding_strip.render_parents(drawn, self._handler))
 
 

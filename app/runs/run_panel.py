@@ -78,20 +78,20 @@ class RunPanel:
                 gui, actions.guarded(self._dump_clicked), label="failed simulations"
             ).handler
             self._pause = gui.add_button(
-                "Pause",
+                "Pause run",
                 icon=viser.Icon.PLAYER_PAUSE,
                 visible=False,
-                hint="Save what is finished and end the process; Resume continues exactly there, even after"
-                " the machine was switched off",
+                hint="Save what is finished and end the process; Resume run continues exactly there, also"
+                " after the machine was switched off",
             )
             self._resume = gui.add_button(
-                "Resume",
+                "Resume run",
                 icon=viser.Icon.PLAYER_TRACK_NEXT,
                 visible=False,
                 hint="Resume this run, exactly as if it had never stopped",
             )
             self._stop = gui.add_button(
-                "Stop",
+                "Stop run",
                 icon=viser.Icon.PLAYER_STOP,
                 color="gray",
                 visible=False,
@@ -181,7 +181,7 @@ class RunPanel:
         path = self._path()
         launcher.pause(path)
         name = printable(path.name)
-        self._actions.notify("Pausing", f"{name} saves what is finished. Resume continues there.")
+        self._actions.notify("Pausing", f"{name} saves what is finished. Resume run continues there.")
 
     def stop_run(self) -> None:
         """Stop the shown run."""

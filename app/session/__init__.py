@@ -11,4 +11,5 @@ Read in this order:
 - ``preferences``: what a browser remembers: light or dark.
 - ``software_rendering``: tells who has no graphics card.
 - ``dump_session``: a browser that looks at a failed simulation instead of runs.
+- ``log_session``: a browser that looks at the log of a drive.
 """

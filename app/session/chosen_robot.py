@@ -78,6 +78,7 @@ class ChosenRobot:
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._picker = GroundPicker(client.scene, actions)
         camera = SceneCamera(client)
+        bar.on_covering(camera.cover)
         scene = Scene(client, camera)
         self.overlay = SceneOverlay(client.gui)
         """Lies over its scene."""

@@ -118,6 +118,7 @@ class Session:
                 self._robot.to_breed(),
                 show=self.open_run,
                 replay=self._replay_child,
+                tell=lambda n: bar.tell("Breed", f"{n} marked" if n else ""),
             )
         self._archives.connect(
             ArchivesEvents(

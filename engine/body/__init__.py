@@ -7,4 +7,5 @@ Read in this order:
 - ``morphology``: the genotype of a body, how it is drawn, mutated and changed by hand.
 - ``servo``: from a controller's outputs to the lengths of the internal cables.
 - ``kinematics``: quaternions, and lengths and tensions of cables in a pose.
+- ``forces``: what cables pull and rods bear in a pose.
 """

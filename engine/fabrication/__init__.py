@@ -12,6 +12,8 @@ order; nothing imports what stands below it:
 - ``mass_balance``: simulated against built mass, and the ballast that makes up for the difference.
 - ``buildability``: why a robot cannot be built or would not work, and what would help.
 - ``as_built/``: how the built robot differs from the simulated one, and its simulation with all of that.
-- ``firmware``: the controller as an Arduino sketch.
+- ``firmware/``: the controller as an Arduino sketch, its gaits, and what it says to a host.
+- ``markers``: the tags by which a camera finds head and target.
+- ``kit/``: what it takes to buy, build and measure one module before the others.
 - ``folder``: all files to cut, print and buy from, by name.
 """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-import functools
 import itertools
+import random
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
@@ -105,6 +105,28 @@ def check_overlap(overlap: int) -> None:
     """
     if not 0 <= overlap <= MAX_OVERLAP:
         raise InvalidData(f"overlap must be from 0 to {MAX_OVERLAP}, not {overlap}")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Mates:
+    """The individuals of a parent's archive."""
+
+    parent: Evaluation
+    archive: GridArchive
+    samples: Samples
+    rng: random.Random
+
+    def pair(self) -> tuple[Controller, Controller]:
+        """Return the controllers of the parent and of another individual, the fitter's first."""
+        fitter, other = sorted((self.parent, *self._draw(1)), key=self.archive.judge)
+        return fitter.solution.controller, other.solution.controller
+
+    def donor(self, n: int) -> Controller:
+        """Return the controller of the fittest of n individuals."""
+        return min(self._draw(n), key=self.archive.judge).solution.controller
+
+    def _draw(self, n: int) -> list[Evaluation]:
+        return [self.samples.first(e) for e in self.archive.sample(n, self.rng)]
 
 
 class MapSearch(Algorithm):
@@ -267,16 +289,8 @@ class MapSearch(Algorithm):
         else:
             parents = self._curiosity.draw(list(map(self._samples.first, held.elites())), n, rng)
         firsts = map(self._samples.first, parents)
-        return [
-            self._variation.mutate(parent.solution, archive, functools.partial(self._pair, parent, held))
-            for parent in firsts
-        ]
-
-    def _pair(self, parent: Evaluation, archive: GridArchive) -> tuple[Controller, Controller]:
-        """Return the controllers of a parent and of another individual of its archive, the fitter's first."""
-        (drawn,) = archive.sample(1, self._variation.rng)
-        fitter, other = sorted((parent, self._samples.first(drawn)), key=archive.judge)
-        return fitter.solution.controller, other.solution.controller
+        mates = (_Mates(parent, held, self._samples, rng) for parent in firsts)
+        return [self._variation.mutate(of.parent.solution, archive, of) for of in mates]
 
     def _elites(self) -> list[Evaluation]:
         """Return the elites of all archives; one that holds several cells, several times."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import random
-from collections.abc import Callable, Sequence
-from typing import Any, Final, Literal, Self
+from collections.abc import Sequence
+from typing import Any, Final, Literal, Protocol, Self
 
 from engine.body.feet import Feet
 from engine.body.morphology import (
@@ -20,12 +20,14 @@ from engine.control.genome import Controller, Neat, NeatRates
 from engine.errors import InvalidData
 from engine.simulation.evaluation import Solution
 
-MUTATIONS: Final = ("morphology", "controller", "both")
+OPERATORS: Final = ("morphology", "controller", "both", "exchange")
+"""What makes a child of an elite: mutations, or another elite's controller."""
 AGAIN: Final = "again"
 """The operator of an elite that is evaluated under other noise; its parent is its first evaluation."""
 GIVEN: Final = "given"
 """The operator of a robot that the user gave to start from; its source says where it is from."""
 MAX_WEIGHT: Final = 100
+MAX_DONORS: Final = 1000
 Fill = Literal["random", "mutants"]
 """What stands beside given robots in generation 0."""
 
@@ -43,28 +45,34 @@ class VariationConfig:
     neat: NeatRates = NeatRates()
     """How controllers begin and are mutated."""
     morphology_weight: int = 1
-    """How often the body alone is mutated, relative to the other two weights."""
+    """How often the body alone is mutated, relative to the other weights."""
     controller_weight: int = 1
-    """How often the controller alone is mutated, relative to the other two weights."""
+    """How often the controller alone is mutated, relative to the other weights."""
     both_weight: int = 1
-    """How often body and controller are mutated together, relative to the other two weights."""
+    """How often body and controller are mutated together, relative to the other weights."""
+    exchange_weight: int = 0
+    """How often the body is tried with the controller of another elite, relative to the other weights."""
+    donors: int = 8
+    """Elites drawn for such an exchange: the fittest gives its controller."""
     crossover: float = 0.0
     """Probability that a controller is crossed with that of another elite before it is mutated."""
 
     def __post_init__(self) -> None:
-        names = [f"{kind}_weight" for kind in MUTATIONS]
+        names = [f"{kind}_weight" for kind in OPERATORS]
         for name in names:
             if not 0 <= getattr(self, name) <= MAX_WEIGHT:
                 raise InvalidData(f"{name} must be from 0 to {MAX_WEIGHT}, not {getattr(self, name)}")
         if not any(getattr(self, name) for name in names):
             raise InvalidData(f"one of {', '.join(names)} must be above 0")
+        if not 1 <= self.donors <= MAX_DONORS:
+            raise InvalidData(f"donors must be from 1 to {MAX_DONORS}, not {self.donors}")
         if not 0.0 <= self.crossover <= 1.0:
             raise InvalidData(f"crossover must be from 0 to 1, not {self.crossover}")
 
     @property
     def operators(self) -> tuple[str, ...]:
-        """What is mutated, each as often as its weight says."""
-        return tuple(kind for kind in MUTATIONS for _ in range(getattr(self, f"{kind}_weight")))
+        """What makes a child, each as often as its weight says."""
+        return tuple(kind for kind in OPERATORS for _ in range(getattr(self, f"{kind}_weight")))
 
 
 PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES)
@@ -120,6 +128,33 @@ def restore_rng(rng: random.Random, state: Any) -> None:
     """
     version, internal, gauss = state
     rng.setstate((version, tuple(internal), gauss))
+
+
+class Mates(Protocol):
+    """The other elites that a child may have something of."""
+
+    def pair(self) -> tuple[Controller, Controller]:
+        """Draw one; return the controllers of it and of the parent, the fitter's first."""
+        ...
+
+    def donor(self, n: int) -> Controller:
+        """Draw n; return the controller of the fittest."""
+        ...
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Given:
+    """Given robots as mates: none is known to be fitter than another."""
+
+    controller: Controller
+    others: Sequence[GivenRobot]
+    rng: random.Random
+
+    def pair(self) -> tuple[Controller, Controller]:
+        return self.controller, self.donor(1)
+
+    def donor(self, n: int) -> Controller:  # noqa: ARG002
+        return self.rng.choice(self.others).controller
 
 
 class Variation:
@@ -185,11 +220,7 @@ class Variation:
         if not self._mutants_first:
             return self.random()
         parent = self._as_solution(self._n_drawn % len(self._given))
-
-        def pair() -> tuple[Controller, Controller]:
-            return parent.controller, self.rng.choice(self._given).controller
-
-        return self.mutate(parent, None, pair)
+        return self.mutate(parent, None, _Given(parent.controller, self._given, self.rng))
 
     def _as_solution(self, k: int) -> Solution:
         """Return a given robot as the solution that it is: the first ones have the numbers from 0."""
@@ -210,25 +241,28 @@ class Variation:
             controller=self._neat.random(self.rng),
         )
 
-    def mutate(
-        self, parent: Solution, source: str | None, pair: Callable[[], tuple[Controller, Controller]]
-    ) -> Solution:
-        """Return a mutant of body, controller or both, drawn by their weights, until something has changed.
+    def mutate(self, parent: Solution, source: str | None, mates: Mates) -> Solution:
+        """Return a child by an operator drawn by the weights, drawn again until something has changed.
 
         Args:
-            parent: what to mutate.
+            parent: what to change.
             source: name of the archive that it was drawn from, None for a given robot that is in none yet.
-            pair: draws another elite; returns both controllers, the fitter's first.
+            mates: the elites of that archive.
         """
         operator = self.rng.choice(self._operators)
         morphology, controller = parent.morphology, parent.controller
         while (morphology, controller) == (parent.morphology, parent.controller):
+            if operator == "exchange":
+                controller = mates.donor(self._config.donors)
+                if controller == parent.controller:  # which may be all that there is
+                    operator = "controller"
+                continue
             if operator != "controller":
                 morphology = mutate_morphology(parent.morphology, self.rng, self._config.body, self._feet)
             if operator != "morphology":
                 origin = parent.controller
                 if self._config.crossover and self.rng.random() < self._config.crossover:
-                    origin = self._neat.cross(*pair(), self.rng)
+                    origin = self._neat.cross(*mates.pair(), self.rng)
                 controller = self._neat.mutate(origin, self.rng)
         return Solution(
             number=self._next_number(),

@@ -126,7 +126,7 @@ def find_heads(
     front, rear = sensor.faces(sim)
     direction = front - rear
     rhythms = np.array([m.open_loop for m in morphologies])[:, None]
-    servos = _Servos(physics, (*sim.shape, sim.n_modules))
+    servos = Servos(physics, (*sim.shape, sim.n_modules))
     frequency = servo.FREQUENCIES[rhythms // len(servo.PHASES)]
     phase = servo.PHASES[rhythms % len(servo.PHASES)]
     for _ in range(round(duration / physics.control_period)):
@@ -260,7 +260,7 @@ class ClosedLoop:
         self._order = np.array([range(n)[::-1] if h.is_end else range(n) for h in heads])
         self._noise = _Noise(seeds, (n, len(t.SERVO_NODES)), physics.servo_noise)
         self._messages = Messages(task, physics, seeds)
-        self._servos = _Servos(physics, (*self.sim.shape, n))
+        self._servos = Servos(physics, (*self.sim.shape, n))
         self.sensed: np.ndarray | None = None
         """(robots, copies, inputs) what the controllers were told last, None before the first update."""
 
@@ -326,7 +326,7 @@ class ClosedLoop:
         return results
 
 
-class _Servos:
+class Servos:
     """The internal cables of some robots as their servos wind them up.
 
     Args:

@@ -95,6 +95,7 @@ def test_explorer(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Monkey
     status = explorer.main(explorer.Arguments(quick=True))
     out = " ".join(capsys.readouterr().out.split())
     for figure in (
+        "opening the first page until its robot moves",
         "the first click after the start",
         "clicked for the first time",
         "clicked again",

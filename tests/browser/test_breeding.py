@@ -36,6 +36,8 @@ def test_children_are_seen_kept_and_bred_again(
         expect(parents).to_contain_text("Breed from the robot that you see")
         page.get_by_role("button", name="This robot", exact=True).press("Enter")
         expect(parents).to_contain_text("small ")
+        in_the_bar = page.locator(".ta-bar").get_by_role("button", name="Breed")
+        expect(in_the_bar).to_contain_text("1 marked")
         found = re.search(r"small (\d+)", parents.text_content() or "")
         assert found is not None
         number = found[1]
@@ -50,6 +52,7 @@ def test_children_are_seen_kept_and_bred_again(
         )
         press_breed.press("Enter")
         expect(page.locator(".ta-run b")).to_have_text("breed-1")
+        expect(in_the_bar).to_have_text("Breed")
         expect(children).to_contain_text("breed-1: 16 of 16 children")
         wait_until(lambda: not is_being_written(runs / "breed-1.tsmr"))
         with RunReader(runs / "breed-1.tsmr") as reader:

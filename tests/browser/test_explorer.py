@@ -190,7 +190,7 @@ def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Vi
         )
         assert page.evaluate("window.never_reloaded") is True
         press(page, "Run")
-        page.get_by_role("button", name="Stop").click()
+        page.get_by_role("button", name="Stop run").click()
         assert evolution.wait(timeout=60) == 130
         expect(page.locator(".ta-status")).to_contain_text("stopped")
     finally:

@@ -74,7 +74,7 @@ def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
         page.locator(".ta-run").click()
         expect(page.locator(".ta-runs [role=option]")).to_be_visible()
         page.locator(".ta-run").click()
-        for name in ("Upload a run", "Start", "Pause", "Resume", "Stop"):
+        for name in ("Upload a run", "Start", "Pause run", "Resume run", "Stop run"):
             expect(page.get_by_role("button", name=name, exact=True)).to_be_hidden()
         expect(page.get_by_text("New run", exact=True)).to_be_hidden()
         tiles = page.locator('svg.ta-map[data-map="morphology"] g[data-filled="1"]')

@@ -72,7 +72,7 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             expect(page.locator(".ta-status")).to_contain_text("paused")
             assert not is_being_written(run)
             n = n_shown(page)
-            page.get_by_role("button", name="Resume", exact=True).click()
+            page.get_by_role("button", name="Resume run", exact=True).click()
             expect(page.locator(".ta-status")).to_contain_text("live")
             wait_until(lambda: n_shown(page) > n + 4)
             pause_of_run(page).click()
@@ -87,7 +87,7 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             expect(page.locator(".ta-run b")).to_have_text("mine")
             expect(page.locator(".ta-status")).to_contain_text("paused")
             press(page, "Run")
-            page.get_by_role("button", name="Resume", exact=True).click()
+            page.get_by_role("button", name="Resume run", exact=True).click()
             expect(page.locator(".ta-status")).to_contain_text("live")
         # the app has ended; the evolution has not
         assert is_being_written(run)
@@ -106,4 +106,4 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
 
 def pause_of_run(page: Page) -> Locator:
     """Return the button that pauses the run, not the replay."""
-    return page.locator(".ta-progress").locator("xpath=following::button[normalize-space()='Pause'][1]")
+    return page.get_by_role("button", name="Pause run", exact=True)

@@ -65,6 +65,8 @@ configs = st.builds(
             version=st.sampled_from(["2.0", "0.92"]),
         ),
         both_weight=st.integers(0, 100),
+        exchange_weight=st.integers(0, 100),
+        donors=st.integers(1, 1000),
         crossover=st.floats(0.0, 1.0),
     ),
     seed=st.integers(0, 2**32 - 1),

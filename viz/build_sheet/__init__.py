@@ -15,4 +15,5 @@ Read in this order:
 8. ``bodies``: a robot as tubes and balls.
 9. ``details``: enlarged drawings of a rod's end and of the drum.
 10. ``document``: pages with header, footer and number, put into a file.
+11. ``kit/``: the papers of a kit for one module.
 """

@@ -156,12 +156,24 @@ def in_pairs(pictures: Sequence[Flowable], width: float, above: float) -> Table:
         width: of a row, in points.
         above: room above each row, in points.
     """
-    rows = [[*pictures[k : k + 2], ""][:2] for k in range(0, len(pictures), 2)]
+    return in_rows(pictures, width, above, 2)
+
+
+def in_rows(pictures: Sequence[Flowable], width: float, above: float, n: int) -> Table:
+    """Return pictures in rows of n.
+
+    Args:
+        pictures: at least one.
+        width: of a row, in points.
+        above: room above each row, in points.
+        n: how many in a row.
+    """
+    rows = [[*pictures[k : k + n], *[""] * n][:n] for k in range(0, len(pictures), n)]
     look = [
         *[(f"{side}PADDING", (0, 0), (-1, -1), 0) for side in ("LEFT", "RIGHT")],
         ("TOPPADDING", (0, 0), (-1, -1), above),
     ]
-    return Table(rows, colWidths=[width / 2] * 2, hAlign="LEFT", style=TableStyle(look))
+    return Table(rows, colWidths=[width / n] * n, hAlign="LEFT", style=TableStyle(look))
 
 
 def beside(left: Any, right: Any, widths: Sequence[float], align: Literal["TOP", "MIDDLE"] = "TOP") -> Table:

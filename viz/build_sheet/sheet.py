@@ -19,6 +19,7 @@ from viz.build_sheet.sections import (
     performance,
     shopping,
     sources,
+    steering,
     title,
     wiring,
 )
@@ -49,7 +50,7 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         net.pages(facts, materials, sheet),
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),
-        wiring.pages(facts, materials, sheet),
+        [*wiring.pages(facts, materials, sheet), *steering.pages(facts, sheet)],
         [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
     story: list[Flowable] = []

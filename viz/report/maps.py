@@ -15,9 +15,8 @@ from engine.analysis.comparison.run_result import RunResult
 from engine.analysis.elite_maps import CONTROLLER, MORPHOLOGY, EliteMap
 from engine.search.archive import Cell
 from engine.search.axes import Axis
-from viz import theme
 from viz.maps import axis_labels
-from viz.maps.scale import Scale, fitness_scale
+from viz.maps.scale import STEPS, Scale, fitness_scale
 from viz.report.style import ReportLook, dress, on_lines
 
 COLUMNS: Final = 5
@@ -47,7 +46,8 @@ def task_scale(task: TaskComparison) -> Scale:
             for run in task.runs
             for shown in run.maps.values()
             for v in shown.values(run.initial_distance).values()
-        ]
+        ],
+        signed=True,
     )
 
 
@@ -232,7 +232,7 @@ def color_axis(task: TaskComparison, look: ReportLook, length: float) -> dict[st
     return {
         "cmin": scale.low,
         "cmax": scale.high,
-        "colorscale": theme.MAPS[scale.colormap],
+        "colorscale": _colors(scale),
         "colorbar": {
             "title": {"text": "f<sub>s</sub> (cm)", "font": {"size": 12}},
             "thickness": 12,
@@ -243,8 +243,15 @@ def color_axis(task: TaskComparison, look: ReportLook, length: float) -> dict[st
             "x": 1,
             "xpad": 18,
             "outlinewidth": 0,
-            "tickvals": [scale.low + part * (scale.high - scale.low) for part in ticks],
+            "tickvals": [scale.value(part) for part in ticks],
             "ticktext": list(ticks.values()),
             "tickfont": {"size": 11, "color": look.muted},
         },
     }
+
+
+def _colors(scale: Scale) -> list[tuple[float, str]]:
+    """Return the colours of a scale, as in the app, by how far on the way from its low to its high end."""
+    parts = [k / (STEPS - 1) for k in range(STEPS)]
+    whole = scale.high - scale.low
+    return [((scale.value(p) - scale.low) / whole, scale.step_color(k)) for k, p in enumerate(parts)]

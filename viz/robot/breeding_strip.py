@@ -158,7 +158,8 @@ def _tile(tile: Tile, kept: bool, shown: bool) -> str:
     gain = "&nbsp;"
     if tile.gain is not None:
         color = theme.GOOD_TEXT if tile.gain >= 0.05 else theme.BAD_TEXT if tile.gain <= -0.05 else "inherit"
-        gain = f'<span style="color:{color}">{tile.gain:+.1f} to parent</span>'
+        told = "as its parent" if abs(tile.gain) < 0.05 else f"{tile.gain:+.1f} to parent"
+        gain = f'<span style="color:{color}">{told}</span>'
     keep = "Do not breed from" if kept else "Breed from"
     return (
         f'<div class="ta-tile" data-number="{tile.number}" data-shown="{shown:d}" data-kept="{kept:d}">'

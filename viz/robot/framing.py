@@ -23,6 +23,7 @@ class Window:
         fov: from the lower edge to the upper one, in rad.
         width, height: in pixels.
         top, bottom, sides: pixels at the upper, at the lower and at either other edge to be left free.
+        left: pixels more at the left edge.
     """
 
     fov: float
@@ -31,21 +32,30 @@ class Window:
     top: float = 0.0
     bottom: float = 0.0
     sides: float = 0.0
+    left: float = 0.0
 
     @property
-    def bounds(self) -> tuple[float, float, float]:
-        """Tangents to the free part's sides, its lower and its upper edge.
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Tangents to the free part's left, right, lower and upper edge.
 
         Where next to nothing is free, a tenth of the window counts as free.
         """
         edge = math.tan(self.fov / 2)
         pixel = 2 * edge / self.height
-        low, high = -edge + self.bottom * pixel, edge - self.top * pixel
-        if high - low < 0.2 * edge:
-            middle = min(max((low + high) / 2, -0.9 * edge), 0.9 * edge)
-            low, high = middle - 0.1 * edge, middle + 0.1 * edge
         side = edge * self.width / self.height
-        return max(side - self.sides * pixel, 0.1 * side), low, high
+        return (
+            *_free(side, (self.sides + self.left) * pixel, self.sides * pixel),
+            *_free(edge, self.bottom * pixel, self.top * pixel),
+        )
+
+
+def _free(edge: float, first: float, last: float) -> tuple[float, float]:
+    """Return tangents to the ends of what is free between -edge and edge, both ends partly covered."""
+    low, high = first - edge, edge - last
+    if high - low < 0.2 * edge:
+        middle = min(max((low + high) / 2, -0.9 * edge), 0.9 * edge)
+        low, high = middle - 0.1 * edge, middle + 0.1 * edge
+    return low, high
 
 
 def eye_showing(points: np.ndarray, towards: np.ndarray, window: Window) -> tuple[np.ndarray, np.ndarray]:
@@ -72,14 +82,15 @@ def eye_showing(points: np.ndarray, towards: np.ndarray, window: Window) -> tupl
     right /= np.linalg.norm(right)
     up = np.cross(out, right)
     x, y, ahead = np.stack([right, up, -out]) @ np.asarray(points, dtype=float).T
-    side, low, high = window.bounds
+    left, right_end, low, high = window.bounds
+    aside, side = (left + right_end) / 2, (right_end - left) / 2
     middle, half = (low + high) / 2, (high - low) / 2
     depth = min(
-        _farthest_in(x, ahead, 0.0, side),
+        _farthest_in(x, ahead, aside, side),
         _farthest_in(y, ahead, middle, half),
         ahead.min() - NEAREST * float(np.linalg.norm(np.ptp(points, axis=0))),
     )
-    centre = (_centre(x, ahead - depth, 0.0, side), _centre(y, ahead - depth, middle, half), depth)
+    centre = (_centre(x, ahead - depth, aside, side), _centre(y, ahead - depth, middle, half), depth)
     eye = centre[0] * right + centre[1] * up - centre[2] * out
     return eye, eye - out * (eye[2] / out[2])
 

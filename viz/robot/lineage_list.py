@@ -101,6 +101,6 @@ def origin(a: Ancestor, parent: Ancestor | None) -> str:
     parts = body_changes(parent.morphology, body) if parent is not None else []
     if a.operator in ("controller", "both"):
         parts.append("network mutated")
-    elif a.operator == "paired":
+    elif a.operator in ("paired", "exchange"):
         parts.append("another network")
     return " · ".join(parts) or f"{a.operator} mutated"

@@ -130,7 +130,11 @@ class NetworkDiagram:
     def _module(self, k: int, place: Mapping[int, tuple[float, float]]) -> str:
         """Return what stands right of a pair of outputs: bars with the choices' limits, choices, number."""
         start, full = _BAR
-        parts = []
+        top, bottom = place[2 * k][1], place[2 * k + 1][1]
+        parts = [
+            f'<g data-m="{self.modules[k]}"><rect class="ta-back" x="{_OUTPUTS - 6:g}" y="{top - 6:.1f}"'
+            f' width="{WIDTH - _OUTPUTS + 6:g}" height="{bottom - top + 12:.1f}" rx="3" fill-opacity="0"/>'
+        ]
         for key, options in ((2 * k, _FREQUENCIES), (2 * k + 1, _PHASES)):
             y = place[key][1]
             parts.append(
@@ -149,15 +153,15 @@ class NetworkDiagram:
                 f"{option}</text>"
                 for i, option in enumerate(options)
             ]
-        y = (place[2 * k][1] + place[2 * k + 1][1]) / 2
+        y = (top + bottom) / 2
         head = ' style="font-weight:700"' if k == 0 else ""
         number = t.module_number(self.modules[k])
         what = f"module {number}" + (", the head" if k == 0 else "")
         parts.append(
-            f'<path d="M275 {place[2 * k][1] - 4:.1f}h3v{place[2 * k + 1][1] - place[2 * k][1] + 8:.1f}h-3"'
+            f'<path d="M275 {top - 4:.1f}h3v{bottom - top + 8:.1f}h-3"'
             ' fill="none" stroke="currentColor" stroke-opacity="0.4"/>'
             f'<text x="282" y="{y + 3:.1f}" fill="currentColor"{head}>{number}<title>{what}</title>'
-            "</text>"
+            "</text></g>"
         )
         return "".join(parts)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -24,7 +24,7 @@ _LEAST_BAR = 2.0
 """Centimetres closer that the longest bar stands for, at least."""
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
-    '<span style="opacity:.65">{}</span><span style="text-align:right">{}</span></div>'
+    '<span style="opacity:.65;white-space:nowrap">{}</span><span style="text-align:right">{}</span></div>'
 )
 _EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
 
@@ -129,6 +129,18 @@ def render_failure(dump: Dump) -> str:
     )
 
 
+def render_drive(number: int, facts: Mapping[str, str]) -> str:
+    """Return the card of a robot that was driven: its number and a row for each fact."""
+    return "".join(
+        [
+            '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
+            f'<div style="font-size:17px;font-weight:600">Robot {number}</div>',
+            *(_ROW.format(html.escape(name), html.escape(fact)) for name, fact in facts.items()),
+            "</div>",
+        ]
+    )
+
+
 def _stiffness(body: Morphology) -> str:
     """Return the stiffness of all modules, or of each where they differ in it."""
     if body.stiffness_mode == "shared":
@@ -178,6 +190,8 @@ def _origin(evaluation: Evaluation) -> str:
         return f"{s.parent}, body mutated; the controller is NEAT's"
     if s.operator == "again":
         return f"{s.parent}, the same robot under other noise"
+    if s.operator == "exchange":
+        return f"{s.parent}, its body with another elite's controller"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 

@@ -94,6 +94,8 @@ def render(
         base = TOP + (m + 1) * row - row * (1.0 - _SCALE) / 2
         weight = ' style="font-weight:700"' if m == head else ""
         parts.append(
+            f'<g data-m="{m}"><rect class="ta-back" x="2" y="{TOP + m * row:.1f}" width="{WIDTH - 4}"'
+            f' height="{row:g}" rx="3" fill-opacity="0"/>'
             f'<text x="{LEFT - 7}" y="{base - row * _SCALE / 2 + 3:.1f}" text-anchor="end"'
             f' fill="currentColor"{weight}>{t.module_number(m)}'
             f"<title>module {t.module_number(m)}{', the head' if m == head else ''}</title></text>"
@@ -105,6 +107,7 @@ def render(
                 f'<path d="{_path(x, y)}" fill="none" stroke="{color}" stroke-width="{width}"'
                 ' stroke-linejoin="round"/>'
             )
+        parts.append("</g>")
     parts.append(
         f'<path class="ta-cursor" d="M0 {TOP}V{bottom:.0f}" stroke="{theme.SELECTED}"'
         ' stroke-width="1.4"/></svg>'

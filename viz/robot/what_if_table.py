@@ -142,8 +142,9 @@ def render_genes(body: Morphology, original: Morphology, handler: str) -> str:
                 fill = theme.css(theme.ACCENT) if was else theme.LINKED
             ring = ' stroke="currentColor" stroke-opacity=".75"' if was and not chosen else ""
             parts.append(
-                f'<rect data-c="face:{module},{face}" x="{left + module * side + 1}" y="{y + 1}"'
-                f' width="{side - 2}" height="{row - 2}" rx="2.5" fill="{fill}"{ring}'
+                f'<rect data-c="face:{module},{face}" data-m="{module}"'
+                f' x="{left + module * side + 1}" y="{y + 1}" width="{side - 2}" height="{row - 2}"'
+                f' rx="2.5" fill="{fill}"{ring}'
                 f' style="cursor:pointer"><title>module {t.module_number(module)}, face {face}</title></rect>'
             )
     y = top + N_FACES * row + 12

@@ -39,8 +39,9 @@ const uint8_t MODULES = @modules@;  // the code counts them from 0, comments and
 const uint8_t INPUTS = @inputs@;
 const uint8_t HIDDEN = @hidden@;
 const uint8_t OUTPUTS = 2 * MODULES;
-const bool HEAD_IS_LAST = @head_is_last@;  // the head is module @head@
+const bool HEAD_IS_LAST = @head_is_last@;  // the head is module @head@ of the sheet
 const uint32_t PERIOD_US = @period_us@;  // between two control updates
+const uint16_t UPDATES_PER_SECOND = @rate@;
 const uint16_t UPDATES_PER_CYCLE = @cycle@;  // 4 s, after which every frequency starts anew
 const uint32_t SETTLE_UPDATES = @settle@;  // @settle_s@ s at rest before the controller begins
 
@@ -52,8 +53,8 @@ const real PHASE_RAD[PHASES] = {@phases@};
 
 // What the network senses, in this order:
 @input_names@
-// and what it senses as a trial begins, with the target @target@:
-const real START_INPUTS[INPUTS] = {@start_inputs@};
+// A line of the host has every value in thousandths (mm, mrad); the network was evolved with these units.
+const real INPUT_UNIT[INPUTS] = {@input_units@};
 
 // The network: hidden nodes in an order in which all that a node depends on come before it, then the
 // outputs (frequency and phase of the head's module, of the next one, ...). Node i has the links
@@ -134,16 +135,6 @@ inline real cableLengthMm(real degrees, uint8_t cable) {
   const real part = limited - real(below);
   return TSMR_READ(real, CABLE_LENGTH_MM[below][cable]) * (real(1) - part) +
          TSMR_READ(real, CABLE_LENGTH_MM[below + 1][cable]) * part;
-}
-
-// Distance in m, and bearing in rad, positive to the left, of a point as the head sees it: for a camera
-// above the robot, or anything else that knows positions on the ground. direction is where the head
-// points, in rad, counter-clockwise from the x axis.
-inline void towards(real headX, real headY, real direction, real x, real y, real *distance, real *bearing) {
-  const real ahead = (x - headX) * real(cos(direction)) + (y - headY) * real(sin(direction));
-  const real left = (y - headY) * real(cos(direction)) - (x - headX) * real(sin(direction));
-  *distance = real(sqrt(ahead * ahead + left * left));
-  *bearing = real(atan2(left, ahead));
 }
 
 }  // namespace tsmr

@@ -10,7 +10,7 @@ import pytest
 from pypdf import PdfReader
 
 from engine.errors import ExportError
-from engine.fabrication.materials import preset_text
+from engine.fabrication.materials import load_materials, preset_text
 from engine.storage.reader import RunReader
 from tests.support.command_line import Command
 from viz.build_sheet.facts import ArchivePlace
@@ -131,3 +131,23 @@ def test_every_elite_is_exported_once_and_one_that_cannot_be_does_not_stop_the_o
     assert len(rows) == sum(map(len, held.values()))
     folders = {r["folder"] for r in rows if int(r["evaluation"]) != broken}
     assert folders == {p.name for p in Path("all").iterdir() if p.is_dir()}
+
+
+def test_a_kit_is_for_the_first_module_of_one_robot(
+    tensatlas: Command, small_run: Path, tmp_path: Path
+) -> None:
+    with RunReader(small_run) as reader:
+        cell, number = min(reader.placements("morphology", reader.last_closed().number).items())
+    where = ("--cell", "{},{}".format(*cell))
+    status, _, err = tensatlas("export", small_run, *where, "--kit", "--out", "kit")
+    assert (status, f"a kit for module 1 of robot {number} to kit; start with its kit.pdf" in err) == (
+        0,
+        True,
+    )
+    made = {str(p.relative_to("kit")) for p in Path("kit").rglob("*") if p.is_file()}
+    assert {"README.md", "kit.pdf", "net_tiles.pdf", "measured.toml", "module.glb", "parts/jig.stl"} <= made
+    assert "firmware/tsmr_robot/tsmr_robot.ino" in made
+    # the form is a materials file of the next export
+    assert load_materials("kit/measured.toml").servo == load_materials().servo
+    status, _, err = tensatlas("export", small_run, "--all-elites", "--kit", "--out", "more")
+    assert (status, err.count("\n"), "a kit is for one robot" in err) == (2, 1, True)

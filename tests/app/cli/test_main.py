@@ -64,7 +64,7 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
     assert len(levels) > 1
     assert [row["part"] for row in cables] == [f"passive cable, stiffness {k / 10:.1f}" for k in levels]
     for row, level in zip(cables, levels, strict=True):
-        modules = [i for i, own in enumerate(body.stiffness_levels) if own == level]
+        modules = [i for i, own in enumerate(body.stiffness_levels, 1) if own == level]
         assert int(row["quantity"]) == 24 * len(modules)
         assert row["note"].endswith(f"; modules {', '.join(map(str, modules))}")
     assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
@@ -98,8 +98,8 @@ def test_a_deep_grid_shows_the_best_of_each_cell(tensatlas: Command, tmp_path: P
 def test_bare_command_prints_help(tensatlas: Command) -> None:
     status, out, _ = tensatlas()
     assert status == 0
-    commands = "explore evolve resume campaign info export record page replay-dump verify reevaluate compare"
-    commands += " table project doctor recover migrate slim"
+    commands = "explore evolve resume campaign info export drive record page replay-dump replay-log"
+    commands += " verify reevaluate compare table project doctor recover migrate slim"
     assert re.findall(r"^[│ ]+• ([a-z-]+) ", out, flags=re.MULTILINE) == commands.split()
 
 
@@ -119,7 +119,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     groups = {
         "": "algorithm batch-size bonus cell-capacity controller-cells evaluations fill head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
-        "variation.": "morphology-weight controller-weight both-weight crossover",
+        "variation.": "morphology-weight controller-weight both-weight exchange-weight donors crossover",
         "body.": "feet feet-toward",
         "variation.body.": "body-rate face-rate feet-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"

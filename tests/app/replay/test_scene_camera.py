@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.replay.scene_camera import Framing, SceneCamera
+from app.replay.stage import FIELD_OF_VIEW
 
 POINTS = np.array([[0.0, 0.0, 0.0], [0.3, 0.1, 0.1]])
 TOWARDS = np.array([-0.5, -0.9, 0.4])
@@ -110,3 +111,26 @@ def test_what_faces_the_camera_faces_where_it_was_sent(
     assert np.allclose([np.linalg.norm(right), np.linalg.norm(up)], 1.0)
     assert np.cross(right, up) @ out > 0.0
     assert up[2] > 0.0
+
+
+def test_what_is_framed_lies_beside_a_window(browser: Browser, camera: SceneCamera) -> None:
+    def places() -> np.ndarray:
+        ahead = np.subtract(browser.look_at, browser.position)
+        ahead = ahead / np.linalg.norm(ahead)
+        right = np.cross(ahead, [0.0, 0.0, 1.0])
+        way = POINTS - np.array(browser.position)
+        edge = np.tan(FIELD_OF_VIEW / 2) * browser.image_width / browser.image_height
+        return browser.image_width * (1.0 + way @ right / np.linalg.norm(right) / (way @ ahead) / edge) / 2
+
+    assert places().min() < 640 < places().max()
+    camera.cover(640)
+    assert 640 < places().min() < places().max() < 1280
+    # where next to nothing would be left, the window may lie over it
+    camera.cover(1100)
+    assert places().min() < 640 < places().max()
+    camera.cover(0)
+    assert places().min() < 640 < places().max()
+    # once the user has the camera, no window takes it
+    browser.report(np.array([0.9, -0.2, 0.7]), np.array([0.1, 0.0, 0.0]))
+    camera.cover(640)
+    assert np.allclose(browser.position, [0.9, -0.2, 0.7])

@@ -101,3 +101,25 @@ def test_a_moment_that_crosses_with_another_on_its_way_is_shown() -> None:
         told = len(slider.sent)
         panel.refresh()
         assert len(slider.sent) == told
+
+
+def test_a_replay_that_is_held_says_every_moment_that_it_goes_to() -> None:
+    """However fast it would play: at eight times the speed a step of 0.2 s is less than between two lines."""
+    gui, player, slider = Gui(), MagicMock(), Slider()
+    gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
+    player.replay = SimpleNamespace(start_time=0.0, morphology=None)
+    player.until, player.time, player.speed = 2.0, 0.5, 8.0
+    client: Any = SimpleNamespace(gui=gui)
+    panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.replay.transport.describe", lambda _player: "")
+        patch.setattr("app.replay.transport.full_tension", lambda _morphology: 1.0)
+        patch.setattr("app.replay.transport.tension_legend.render", lambda _tension: "")
+        player.playing = True
+        panel.tick()
+        player.time = 0.7
+        panel.tick()
+        assert slider.sent == [0.5]
+        player.playing = False
+        panel.tick()
+        assert slider.sent == [0.5, 0.7]

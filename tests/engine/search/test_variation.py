@@ -16,8 +16,30 @@ from engine.search.vie_neat import VieNeat, VieNeatConfig
 from tests.support.made_up import MADE_UP, generation
 
 
-def nobody():
-    raise AssertionError("no crossover was asked for")
+class Nobody:
+    def pair(self):
+        raise AssertionError("no crossover was asked for")
+
+    def donor(self, n):
+        raise AssertionError(f"no exchange was asked for, of {n}")
+
+
+class Somebody:
+    """Gives the controllers that it has, and counts how often it is asked."""
+
+    def __init__(self, *controllers):
+        self.controllers, self.pairs, self.donors = controllers, 0, []
+
+    def pair(self):
+        self.pairs += 1
+        return self.controllers
+
+    def donor(self, n):
+        self.donors.append(n)
+        return self.controllers[0]
+
+
+nobody = Nobody()
 
 
 def variation(**config):
@@ -70,8 +92,10 @@ def test_algorithms_use_it(make):
         ({"both_weight": 101}, "both_weight must be from 0 to 100, not 101"),
         (
             {"morphology_weight": 0, "controller_weight": 0, "both_weight": 0},
-            "one of morphology_weight, controller_weight, both_weight must be above 0",
+            "one of morphology_weight, controller_weight, both_weight, exchange_weight must be above 0",
         ),
+        ({"exchange_weight": -1}, "exchange_weight must be from 0 to 100, not -1"),
+        ({"donors": 0}, "donors must be from 1 to 1000, not 0"),
     ],
 )
 def test_weights_out_of_range_are_refused(config, reason):
@@ -99,15 +123,10 @@ def test_rates_of_bodies_out_of_range_are_refused(rates, reason):
 def test_controllers_are_crossed_as_often_as_asked(share):
     v = variation(crossover=share, morphology_weight=0, both_weight=0)
     fitter, other = v.random(), v.random()
-    asked = []
-
-    def pair():
-        asked.append(1)
-        return fitter.controller, other.controller
-
+    mates = Somebody(fitter.controller, other.controller)
     n = 300
-    children = [v.mutate(other, "x", pair) for _ in range(n)]
-    assert len(asked) / n == pytest.approx(share, abs=0.08)
+    children = [v.mutate(other, "x", mates) for _ in range(n)]
+    assert mates.pairs / n == pytest.approx(share, abs=0.08)
     own = {c.weight for c in other.controller.connections}
     crossed = [len(own & {c.weight for c in s.controller.connections}) / len(own) for s in children]
     # a crossed child has about half of each parent's weights, before a fifth of them is mutated
@@ -130,3 +149,45 @@ def test_a_search_crosses_elites_of_one_archive():
             crossed += any(len(mine & weights[n]) > 5 for n in elites - {s.parent})
         everybody |= {e.solution.number: e.solution for e in told}
     assert crossed > 0.6 * (config.evaluations - config.map_search.initial)
+
+
+# ---- exchange
+
+
+def test_controllers_are_exchanged_as_often_as_asked():
+    v = variation(exchange_weight=1)
+    parent, mate = v.random(), v.random()
+    mates, n = Somebody(mate.controller), 600
+    children = [v.mutate(parent, "x", mates) for _ in range(n)]
+    exchanged = [s for s in children if s.operator == "exchange"]
+    assert len(exchanged) / n == pytest.approx(1 / 4, abs=0.06)
+    assert mates.donors == [8] * len(exchanged)
+    for s in exchanged:
+        assert (s.morphology, s.controller, s.parent) == (parent.morphology, mate.controller, parent.number)
+
+
+def test_a_controller_that_everybody_has_is_mutated():
+    v = variation(exchange_weight=1, morphology_weight=0, controller_weight=0, both_weight=0)
+    parent = v.random()
+    child = v.mutate(parent, "x", Somebody(parent.controller))
+    assert child.operator == "controller"
+    assert child.controller != parent.controller
+    assert child.morphology == parent.morphology
+
+
+def test_a_search_gives_bodies_the_controllers_of_fitter_elites():
+    only = VariationConfig(
+        exchange_weight=1, donors=1000, morphology_weight=0, controller_weight=0, both_weight=0
+    )
+    algorithm = create_algorithm(replaced(MADE_UP, variation=only, overlap=0))
+    generation(algorithm)
+    exchanged = 0
+    for _ in range(6):
+        best = {name: archive.best() for name, archive in algorithm.archives.items()}
+        elites = {e.solution.number: e.solution for a in algorithm.archives.values() for e in a.elites()}
+        for s in (e.solution for e in generation(algorithm)):
+            if s.operator == "exchange":
+                exchanged += 1
+                assert s.morphology == elites[s.parent].morphology
+                assert s.controller == best[s.source].solution.controller
+    assert exchanged > 20

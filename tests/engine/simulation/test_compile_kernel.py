@@ -18,7 +18,7 @@ EVERYTHING = """
 import dataclasses
 from engine.body.morphology import Morphology
 from engine.export import simulate_trial
-from engine.fabrication.firmware import start_inputs
+from engine.fabrication.firmware import firmware_files
 from engine.replay.replay import Replay
 from engine.replay.what_if import WhatIf
 from engine.simulation.compile_kernel import compile_kernel, is_compiled
@@ -49,7 +49,7 @@ for task in (GOAL_REACHING, SQUEEZING, own):
     Replay(config, found[0]).advance(1.4)
     WhatIf(config, found[0], Morphology(4, (1, 2, 3))).run()
     simulate_trial(config, found[1])
-    start_inputs(config, found[1])
+    firmware_files(config, found[1], run="a")
 assert [len(f.signatures) for f in (step.run, closed_loop.begin, closed_loop.run)] == before
 """
 

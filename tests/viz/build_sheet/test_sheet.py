@@ -23,6 +23,7 @@ from engine.fabrication.dimensions.cut_lists import cables, rods
 from engine.fabrication.dimensions.floating_module import contraction
 from engine.fabrication.dimensions.joints import joints, orientations
 from engine.fabrication.firmware import pin_map
+from engine.fabrication.markers import HEAD, N_CELLS, TARGET
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
@@ -31,7 +32,7 @@ from engine.tasks import get_task, worlds
 from viz.build_sheet import style
 from viz.build_sheet.document import typeset
 from viz.build_sheet.pen import Pen
-from viz.build_sheet.sections import performance, title
+from viz.build_sheet.sections import performance, steering, title
 from viz.build_sheet.sheet import build_sheet
 
 PAPERS = {2: "a4", 10: "letter"}
@@ -206,7 +207,7 @@ def test_what_the_rest_of_the_sheet_calls_by_its_number_is_there(texts):
         assert step in text
     named = set(re.findall("“([A-Z][^”]+)”", text))
     assert {"Program", "Wiring", "Safety", "Checks", "Settled modules", "What to expect of it"} <= named
-    for section in named - {"ready: robot"}:
+    for section in named - {"New Line"}:
         assert len(re.findall(rf"(?<!“){re.escape(section)}(?!”)", text)) >= 1, section
 
 
@@ -313,3 +314,20 @@ def test_a_module_is_told_from_a_stiffer_one_by_what_the_sheet_asks_for(robots, 
             grams = f"{1000 * pull(level) / 9.81:.0f}"
             assert re.search(rf"{grams} {1000 * wanted.stretch:.1f} ± {100 * wanted.stretch:.1f}", texts[n])
         assert f"{1000 * wanted.spans.mean():.1f} mm, ± {1000 * SPAN:.1f} mm" in texts[n]
+
+
+def test_the_tags_are_printed_at_their_size(robots, texts):
+    facts = robots[2]
+    paper = style.PAPERS["a4"]
+    boxes = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Pen, "box", lambda _self, _x, _y, w, h, **_: boxes.append((w, h)))
+        typeset(steering.pages(facts, paper), paper=paper, title="", running="", date="")
+    squares = []
+    for marker in (HEAD, TARGET):
+        side = 1000 * marker.side * 72 / 25.4
+        cell = side / N_CELLS
+        squares += [(side, side), *[(cell, cell)] * int((~marker.black()).sum())]
+    assert np.array(boxes) == pytest.approx(np.array(squares))
+    assert "tensatlas drive --port" in texts[2]
+    assert f"{1000 * steering.head_point():.0f} mm ahead of the module" in texts[2]

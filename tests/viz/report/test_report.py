@@ -13,6 +13,7 @@ from engine.analysis.comparison.measures import MEASURES, number
 from engine.analysis.comparison.run_result import Robust, RunResult
 from engine.analysis.comparison.task_comparison import make_groups
 from engine.config import replaced
+from viz import theme
 from viz.report.maps import maps_figure, task_scale
 from viz.report.nested import nested_figure
 from viz.report.report import render_page, report_sections, style
@@ -120,7 +121,12 @@ def test_all_maps_of_a_task_share_one_scale(comparison: Comparison) -> None:
     for figure in (maps_figure(task, comparison.labels, LIGHT), nested):
         axis = figure.layout.coloraxis
         assert (axis.cmin, axis.cmax) == (scale.low, scale.high)
-        assert axis.colorscale[0][1] == "#440154"  # viridis
+        # the colours of the app, where 0 is grey if values lie on both sides of it
+        assert scale.about_zero
+        for part, color in axis.colorscale:
+            assert color == scale.color(scale.low + part * (scale.high - scale.low))
+        assert theme.STILL in [color for _, color in axis.colorscale]
+        assert [scale.part(v) for v in axis.colorbar.tickvals] == pytest.approx(list(scale.ticks()))
     best = max(100.0 * v for r in task.runs for v in r.maps["morphology"].values(0.45).values())
     assert scale.low < best <= scale.high
 

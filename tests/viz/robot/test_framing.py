@@ -25,6 +25,7 @@ windows = st.builds(
     top=st.floats(0, 100),
     bottom=st.floats(0, 250),
     sides=st.floats(0, 60),
+    left=st.floats(0, 40),
 )
 
 
@@ -49,12 +50,12 @@ def test_everything_is_seen_in_the_free_part_and_no_farther_away_than_it_need_be
     shown: np.ndarray, towards: np.ndarray, window: Window
 ) -> None:
     shown = roomy(shown)
-    _, low, high = window.bounds
+    *_, low, high = window.bounds
     assume(np.arctan2(towards[2], np.hypot(*towards[:2])) - np.arctan((low + high) / 2) > 0.1)
     eye, focus = eye_showing(shown, towards, window)
     assert focus[2] == pytest.approx(0.0, abs=1e-9)
     x, y = seen(eye, focus, window, shown).T
-    left, right = x.min() - window.sides, window.width - window.sides - x.max()
+    left, right = x.min() - window.sides - window.left, window.width - window.sides - x.max()
     above, below = y.min() - window.top, window.height - window.bottom - y.max()
     assert min(left, right, above, below) > -1e-3
     # two opposite edges are touched, or the eye is as near as it may be

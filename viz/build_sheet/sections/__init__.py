@@ -15,6 +15,7 @@ In the order of the pages:
 8. ``assembly``: how one module is built, step by step.
 9. ``joining``: how the modules are joined.
 10. ``wiring``: wiring, program, pin map, cable lengths.
-11. ``checks``: safety, tolerances, checks.
-12. ``sources``: where the numbers come from.
+11. ``steering``: camera, and the tags by which it finds head and target.
+12. ``checks``: safety, tolerances, checks.
+13. ``sources``: where the numbers come from.
 """

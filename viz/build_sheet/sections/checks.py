@@ -164,14 +164,13 @@ def _checks(facts: Facts, width: float) -> Flowable:
         ),
         (
             "Rhythm",
-            "Type g, without anything that tells it where the target is. The monitor says “going: first at"
-            f" rest, then crawling” and, after {facts.config.trials.settle_time:g} s, “no target: open loop”:"
-            " every module contracts and releases in a steady rhythm; nothing rubs, no line leaves its"
-            " groove. Type s to stop.",
+            "Type g, without a computer that tells it where the target is. The monitor says “state settling”"
+            f" and, after {facts.config.trials.settle_time:g} s, “state gait”: every module contracts and"
+            " releases as in a simulated trial; nothing rubs, no line leaves its groove. Type s to stop.",
         ),
         (
             "Closed loop",
-            f"Needs the sensor. {facts.config.trials.trial_time:g} s towards a target"
+            f"Needs the camera (“To steer it”). {facts.config.trials.trial_time:g} s towards a target"
             f" {100 * facts.task.target_distance:.0f} cm away. Compare with “What to expect of it”.",
         ),
     ]

@@ -13,6 +13,7 @@ from engine.body import servo
 from engine.fabrication.dimensions import tolerances
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH, pin_map
+from engine.fabrication.firmware.protocol import BAUD, VERSION
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.drum import drum_errors, drum_order
 from engine.simulation.model import GRAVITY
@@ -113,9 +114,9 @@ def _controller(facts: Facts) -> list[str]:
         f"Every {1000 / rate:.0f} ms it senses {facts.task.n_inputs} values ({inputs}; distances in m,"
         f" angles in rad, positive to the left) and gives every module a frequency ({frequencies} Hz) and a"
         f" phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time + phase) + 1).",
-        "The robot carries no sensor for these values: something beside it, such as a camera above the floor"
-        " that sees the head and the target, must tell them to the board. Fill that in in sensing.h. Without"
-        " it the robot keeps the rhythm that it starts with.",
+        "The robot carries no sensor for these values: a computer with a camera above the floor tells them to"
+        " the board (see “To steer it”). Without it the robot plays a gait that was recorded in"
+        " simulation: of all targets the one that it came closest to; g1, g2 and so on choose another.",
         f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
         " begins to move.",
         f"The network's first pair of outputs drives the head, module {t.module_number(facts.head.module)};"
@@ -155,8 +156,8 @@ def _program(facts: Facts, materials: Materials) -> list[str]:
     return [
         f"Open firmware/{SKETCH}/{SKETCH}.ino in the Arduino IDE, connect the board by USB, choose board and"
         " port, upload. If the upload to a copy of a Nano fails, choose the processor “old bootloader”.",
-        f"Open the serial monitor at 115200 baud. It says “ready: robot {facts.evaluation.solution.number};"
-        " …”. If not: wrong port or baud.",
+        f"Open the serial monitor at {BAUD} baud, line ending “New Line”. It says “hello tensatlas"
+        f" {VERSION} robot {facts.evaluation.solution.number} …”. If not: wrong port or baud.",
         "Supply off: plug the servos in as the pin map says. Supply on: they go to 0° and hold. One servo at"
         " a time is easiest.",
         "Type <b>a0</b>, then <b>a180</b> (any angle between works) and watch a mark on the shaft. The sketch"
@@ -166,6 +167,7 @@ def _program(facts: Facts, materials: Materials) -> list[str]:
         f" {tolerances.TRAVEL:.0f}°; if it hums at an end, go back 50 µs. Upload again.",
         "From a0 to a180 it must turn counter-clockwise, seen from the shaft's end. If not, exchange the two"
         " numbers.",
+        "Type <b>x</b>: each servo in turn goes to 180° and back, and the sketch names its module.",
         "<b>g</b> starts the robot, <b>s</b> stops it and releases all cables. After a… it prints how long"
         " every internal cable should be. It stops by itself after the time in settings.h.",
     ]

@@ -1,12 +1,4 @@
-"""The robot's controller as an Arduino sketch.
-
-A microcontroller gets what the simulation computes at every control update: the network, the choice of a
-frequency and a phase for each module, and the servo command that follows from them and the time. How a real
-robot senses its target is left open: the sketch calls functions that its owner fills in. Without them every
-module keeps a fixed rhythm.
-
-The templates are in ``engine/data/firmware``; ``@name@`` stands for a value.
-"""
+"""The files of the sketch that drives a robot."""
 
 from __future__ import annotations
 
@@ -22,13 +14,14 @@ from engine.body import module as t
 from engine.body import servo
 from engine.config import RunConfig, task_of
 from engine.control.network import Plan
-from engine.replay.replay import repeat_trial
+from engine.errors import InvalidData
+from engine.fabrication.firmware import protocol
+from engine.fabrication.firmware.gaits import RecordedGait, best_of, fitting, recorded_gaits
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Physics
 from engine.simulation.rollout import Head
 from engine.simulation.trials import driving
-from engine.tasks import sensed
-from engine.tasks.squeezing import SENSOR_RANGE
+from engine.tasks import Task
 
 SKETCH: Final = "tsmr_robot"
 """Folder and file name of the sketch; the Arduino IDE wants them equal."""
@@ -39,8 +32,12 @@ FIRST_PIN: Final = 2
 RELEASED_PULSE: Final = 1000
 CONTRACTED_PULSE: Final = 2000
 """Pulse widths in microseconds that are safe for servos; the arm's position at them must be measured."""
-_TASKS: Final = ("goal-reaching", "squeezing")
-"""Tasks with a function for each sensor; for other tasks the owner fills in all inputs at once."""
+SHORTEST_PULSE: Final = 500
+LONGEST_PULSE: Final = 2500
+"""Pulse widths in microseconds that a servo of this kind bears, and Arduino's library is to send."""
+START_PIN: Final = 12
+_ESP32_PINS: Final = (13, 14, 16, 17, 18, 19, 21, 22, 23, 25)
+"""Pins of an ESP32 development board that carry a servo's signal and do not decide how it starts."""
 
 
 def pin_map(n_modules: int) -> dict[int, int]:
@@ -49,7 +46,7 @@ def pin_map(n_modules: int) -> dict[int, int]:
 
 
 def firmware_files(
-    config: RunConfig, evaluation: Evaluation, *, run: str, first: np.ndarray | None = None
+    config: RunConfig, evaluation: Evaluation, *, run: str, as_built: Physics | None = None
 ) -> dict[str, bytes]:
     """Return the sketch that drives a robot as its controller did in simulation.
 
@@ -57,7 +54,8 @@ def firmware_files(
         config: of the run that the evaluation belongs to.
         evaluation: of the robot.
         run: name of the run, for the comments.
-        first: (inputs,) with which its first trial began; None to simulate settling again and sense them.
+        as_built: physics of the robot as it would be built, to record its gaits with; the run's own where it
+            is None or the robot does not survive it.
 
     Returns:
         Content by name; the names lie in the folder ``tsmr_robot``, which the Arduino IDE opens.
@@ -66,14 +64,16 @@ def firmware_files(
         InvalidData: today's robots do not survive the run's physics, or their cycle is no whole number of
             control updates.
     """
-    first = start_inputs(config, evaluation) if first is None else first
-    values = _values(config, evaluation, run, first)
-    files = {
-        f"{SKETCH}/{SKETCH}.ino": "robot.ino",
-        f"{SKETCH}/controller.h": "controller.h",
-        f"{SKETCH}/settings.h": "settings.h",
-        f"{SKETCH}/sensing.h": "sensing.h",
-    }
+    try:
+        gaits = recorded_gaits(config, evaluation, as_built or config.physics)
+    except InvalidData:
+        if as_built is None:
+            raise
+        as_built, gaits = None, recorded_gaits(config, evaluation, config.physics)
+    values = _values(config, evaluation, run) | _gaits(gaits, task_of(config), config.physics)
+    values["as_built"] = "" if as_built is None else ", as it would be built,"
+    files = {f"{SKETCH}/{SKETCH}.ino": "robot.ino"}
+    files |= {f"{SKETCH}/{name}": name for name in ("controller.h", "gaits.h", "protocol.h", "settings.h")}
     return {name: fill_in(_data(template), values).encode() for name, template in files.items()}
 
 
@@ -86,19 +86,11 @@ def fill_in(template: str, values: Mapping[str, object]) -> str:
     return re.sub(r"@(\w+)@", lambda m: str(values[m[1]]), template)
 
 
-def start_inputs(config: RunConfig, evaluation: Evaluation) -> np.ndarray:
-    """Return what the controller senses as the first trial begins, (inputs,)."""
-    loop = repeat_trial(config, evaluation, target=0, repeat=0)
-    return sensed(task_of(config), loop.view(), loop.sim.alive)[0, 0]
-
-
-def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarray) -> dict[str, object]:
-    """Return the values of the templates' names."""
+def _values(config: RunConfig, evaluation: Evaluation, run: str) -> dict[str, object]:
+    """Return the values of the templates' names, but for the gaits'."""
     solution, task, physics = evaluation.solution, task_of(config), config.physics
     n = solution.morphology.n_modules
     head = Head.of(solution.morphology, evaluation.head_is_end)
-    rate = round(1.0 / physics.control_period)
-    own_functions = task.name if task.name in _TASKS and not task.file else "other"
     return {
         "number": solution.number,
         "run": _comment(run),
@@ -107,9 +99,9 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
         "inputs": task.n_inputs,
         "head": t.module_number(head.module),
         "head_is_last": "true" if head.is_end else "false",
-        "end": "last" if head.is_end else "first",
-        "rate": rate,
-        "budget": round(500.0 / rate),
+        "rate": round(1.0 / physics.control_period),
+        "rate_least": protocol.LEAST_RATE,
+        "patience_ms": round(1000 * protocol.PATIENCE),
         "settle_s": f"{config.trials.settle_time:g}",
         **_clock(physics, config.trials.settle_time),
         "n_frequencies": len(servo.FREQUENCIES),
@@ -117,32 +109,47 @@ def _values(config: RunConfig, evaluation: Evaluation, run: str, first: np.ndarr
         "n_phases": len(servo.PHASES),
         "phases": _numbers(servo.PHASES),
         "input_names": "\n".join(f"//   {i}: {_comment(name)}" for i, name in enumerate(task.inputs)),
-        "start_inputs": _numbers(first, 7),
-        "target": _comment(task.target_names[0]),
+        "input_units": _numbers(unit / protocol.THOUSANDTHS for unit in task.units),
+        "line_format": _comment(protocol.line_format(task)),
         **_network(Plan(driving(solution.controller, config.trials), 2 * n), task.n_inputs),
         "n_cables": len(t.SERVO_NODES),
         "servo_nodes": ", ".join(map(str, t.SERVO_NODES)),
         "lengths": "\n".join(f"    {{{_numbers(1000.0 * row, 7)}}}," for row in servo.TARGET_LENGTHS),
-        "servos": "\n".join(
-            f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {t.module_number(module)}"
-            f"{', the head' if module == head.module else ''}"
-            for module, pin in pin_map(n).items()
-        ),
-        "functions": fill_in(
-            _data(f"sensing_{own_functions.replace('-', '_')}.h"),
-            {
-                "range": _number(SENSOR_RANGE),
-                "names": "\n".join(
-                    f"//   inputs[{i}]: {_comment(s)}" + (f", times {unit:g}" if unit != 1.0 else "")
-                    for i, (s, unit) in enumerate(zip(task.inputs, task.units, strict=True))
-                ),
-                "task": task.name,
-                **{
-                    f"unit_{i}": "" if unit == 1.0 else f"tsmr::real({_number(unit)}) * "
-                    for i, unit in enumerate(task.units)
-                },
-            },
-        ).rstrip(),
+        "shortest_pulse": SHORTEST_PULSE,
+        "longest_pulse": LONGEST_PULSE,
+        "start_pin": START_PIN,
+        "servos": _servos(pin_map(n), head.module),
+        "servos_esp32": _servos({m: _ESP32_PINS[m] for m in range(n)}, head.module),
+    }
+
+
+def _servos(pins: Mapping[int, int], head: int) -> str:
+    return "\n".join(
+        f"    {{{pin}, {RELEASED_PULSE}, {CONTRACTED_PULSE}}},  // module {t.module_number(module)}"
+        f"{', the head' if module == head else ''}"
+        for module, pin in pins.items()
+    )
+
+
+def _gaits(recorded: list[RecordedGait], task: Task, physics: Physics) -> dict[str, object]:
+    """Return the gaits as lists of switches, gait by gait."""
+    gaits, best = fitting(recorded), best_of(recorded)
+    names = []
+    for k, gait in enumerate(gaits):
+        held = physics.control_period * gait.held
+        name = f"//   gait {k + 1}: target {_comment(task.target_names[gait.target])},"
+        name += f" {100 * gait.gained:.1f} cm closer"
+        name += ", the best" if k == best else ""
+        names.append(name + (f"; choices held for at least {held:g} s" if gait.held > 1 else ""))
+    first = np.cumsum([0, *(len(g.switches) for g in gaits)])
+    rows = [", ".join(map(str, row)) for g in gaits for row in g.choices.tolist()]
+    return {
+        "n_gaits": len(gaits),
+        "best_gait": best,
+        "gait_names": "\n".join(names),
+        "gait_first": ", ".join(map(str, first)),
+        "switch_at": _wrapped(", ".join(str(at) for g in gaits for at in g.switches)),
+        "switch_to": "\n".join(f"    {{{row}}}," for row in rows),
     }
 
 

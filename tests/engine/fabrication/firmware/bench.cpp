@@ -4,12 +4,12 @@
 #include "Arduino.h"
 #include "tsmr_robot.ino"
 
-namespace bench {
+namespace board {
 uint32_t clockUs = 4294000000u;  // wraps around within the first second
 bool buttonDown = false;
-std::string typed;
+std::string received;
 std::string printed;
-}  // namespace bench
+}  // namespace board
 SerialLine Serial;
 
 static bool take(double *values, size_t n) { return fread(values, sizeof(double), n, stdin) == n; }
@@ -31,20 +31,25 @@ static void network() {
   }
 }
 
-// The whole sketch for as many seconds as asked: the pulse of every servo after every control update.
-static void sketch(double seconds) {
+// Lines of a host, each after so many milliseconds: "40 t450,0". The pulse of every servo after every
+// control update, and what the sketch prints.
+static void host() {
   setup();
-  bench::typed = "g";
-  loop();
-  for (uint32_t k = 1; k * 1000.0 <= seconds * 1e6; ++k) {
-    bench::clockUs += 1000;
-    const uint32_t before = update;
-    loop();
-    if (update != before) {
-      for (uint8_t m = 0; m < tsmr::MODULES; ++m) give(double(servos[m].pulseUs));
+  unsigned wait;
+  char text[2000];
+  while (scanf("%u %1999[^\n]", &wait, text) == 2) {
+    for (unsigned k = 0; k < wait; ++k) {
+      board::clockUs += 1000;
+      const uint32_t before = update;
+      loop();
+      if (running && update != before) {
+        for (uint8_t m = 0; m < tsmr::MODULES; ++m) give(double(servos[m].pulseUs));
+      }
     }
+    board::received += std::string(text) + "\n";
+    loop();
   }
-  fprintf(stderr, "%s", bench::printed.c_str());
+  fprintf(stderr, "%s", board::printed.c_str());
 }
 
 // Cable lengths at commands from 0 to 180 degrees.
@@ -59,22 +64,22 @@ static void lengths() {
 static void hands() {
   setup();
   for (int press = 0; press < 4; ++press) {
-    bench::buttonDown = press % 2 == 0;
+    board::buttonDown = press % 2 == 0;
     for (int k = 0; k < 200; ++k) {
-      bench::clockUs += 1000;
+      board::clockUs += 1000;
       loop();
     }
   }
-  bench::typed = "a180";
+  board::received = "a180\n";
   loop();
   for (uint8_t m = 0; m < tsmr::MODULES; ++m) give(double(servos[m].pulseUs)), give(double(servos[m].pin));
-  fprintf(stderr, "%s", bench::printed.c_str());
+  fprintf(stderr, "%s", board::printed.c_str());
 }
 
 int main(int, char **arguments) {
   const std::string what = arguments[1];
   if (what == "network") network();
-  if (what == "sketch") sketch(atof(arguments[2]));
+  if (what == "host") host();
   if (what == "lengths") lengths();
   if (what == "hands") hands();
   return 0;

@@ -1,0 +1,91 @@
+"""The folder of a kit for a robot's first module: what to buy, print and measure before the others."""
+
+from __future__ import annotations
+
+import fnmatch
+from typing import Final
+
+from app.downloads.robot_folder import materials_text, place_of
+from engine.export import simulate_trial
+from engine.fabrication.as_built import twin_of
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.firmware import firmware_files
+from engine.fabrication.folder import fabrication_files
+from engine.fabrication.kit.jig import jig
+from engine.fabrication.kit.lone_module import LoneModule
+from engine.fabrication.kit.measured import measured_form
+from engine.fabrication.materials import Materials
+from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
+from engine.fabrication.parts.net import module_net
+from engine.storage.reader import RunReader
+from viz.build_sheet import style
+from viz.build_sheet.facts import ArchivePlace, gather
+from viz.build_sheet.kit.kit_sheet import kit_sheet
+from viz.build_sheet.kit.module_scene import module_scene
+from viz.build_sheet.kit.tiles import net_tiles
+from viz.build_sheet.style import PaperName
+
+_WHAT: Final = (
+    ("kit.pdf", "start here: what to buy, picture by picture, what to measure"),
+    ("measured.toml", "the materials file as a form: fill it in and export with --materials measured.toml"),
+    ("net_tiles.pdf", "the net at 1:1 over sheets of paper with marks: print it at 100 %"),
+    ("parts/jig.*", "holds the six rods while the net goes on"),
+    ("parts/*", "parts to print, in mm"),
+    ("net/*", "the flat net as DXF and SVG at 1:1"),
+    ("module.glb", "the module to look at in 3D, in metres, y up"),
+    ("bill_of_materials.csv", "parts with masses"),
+    ("tables/*", "cut lists of rods and cables"),
+    ("firmware/*", "the robot's sketch: this module is the one at its first pin"),
+)
+
+
+def kit_folder(
+    reader: RunReader,
+    number: int,
+    *,
+    materials: Materials,
+    place: ArchivePlace | None = None,
+    paper: PaperName = "a4",
+) -> dict[str, bytes]:
+    """Return name and content of every file of a kit; equal arguments give equal bytes.
+
+    Args:
+        reader: of the run.
+        number: of the robot's evaluation.
+        materials: what it is built from.
+        place: archive and cell that it was found in; None to look them up.
+        paper: to print on.
+
+    Raises:
+        RunFileError: there is no such evaluation, or it is damaged.
+        ExportError: its simulation failed, so that there is nothing to show.
+        InvalidData: the materials' file can no longer be read.
+    """
+    evaluation = reader.evaluation(number)
+    trial = simulate_trial(reader.config, evaluation)
+    body = evaluation.solution.morphology
+    twin = twin_of(reader.config.physics, body, materials)
+    facts = gather(reader, evaluation, trial, place or place_of(reader, number), twin)
+    module = LoneModule.of(body)
+    (design,) = design_cables(module, materials)
+    made = fabrication_files(module, materials)
+    glb = made.pop("robot.glb")
+    del made["joints.csv"]
+    files = {name if "/" in name or "bill" in name else f"tables/{name}": made[name] for name in made}
+    files["module.glb"] = glb
+    holder = jig(design, materials)
+    if holder is not None:
+        files["parts/jig.stl"] = stl_bytes(holder.solid, "jig")
+        files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
+    title = f"Net of module 1 of {facts.name}"
+    files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
+    files["kit.pdf"], _ = kit_sheet(facts, materials, module_scene(glb, holder), paper)
+    files["measured.toml"] = measured_form(materials_text(materials), module, materials).encode()
+    sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
+    files |= {f"firmware/{name}": content for name, content in sketch.items()}
+    lines = [f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"]
+    for pattern, what in _WHAT:
+        if fnmatch.filter(files, pattern):
+            lines.append(f"- `{pattern}`: {what}.\n")
+    files["README.md"] = "".join(lines).encode()
+    return files

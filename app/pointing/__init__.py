@@ -1,0 +1,8 @@
+"""What a user points at on a robot lights up: in the scene, in the network, in the servos' plot.
+
+Read in this order:
+
+- ``picking``: which module, rod or cable lies under the pointer, and what it is called.
+- ``pointing``: lights up a module, names a rod or cable and tells its force while it plays; its script is
+  ``pointing.js``.
+"""

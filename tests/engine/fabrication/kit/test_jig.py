@@ -1,0 +1,64 @@
+"""The jig holds every rod, and nothing else touches it."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from engine.body import module as t
+from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.kit.jig import BELOW, LEAST_ROOM, PLATE, jig
+from engine.fabrication.kit.lone_module import LoneModule
+from engine.fabrication.materials import load_materials
+from engine.fabrication.parts import solids
+
+MATERIALS = load_materials()
+
+
+@pytest.fixture(scope="module", params=[1, 10])
+def made(request):
+    (design,) = design_cables(LoneModule(request.param, (1,)), MATERIALS)
+    return jig(design, MATERIALS)
+
+
+def test_it_is_one_printable_piece_that_stands(made):
+    assert len(made.solid.decompose()) == 1
+    assert made.solid.genus() == 0
+    low, high = np.array(made.solid.bounding_box()).reshape(2, 3)
+    assert low[2] == pytest.approx(0.0, abs=1e-6)
+    assert (high - low < 200.0).all()
+    # its middle is over its plate: the module's, too
+    middle = made.nodes[:, :2].mean(axis=0)
+    assert (low[:2] + 10 < middle).all()
+    assert (middle < high[:2] - 10).all()
+
+
+def test_it_holds_every_rod(made):
+    for a, b in t.RODS:
+        rod = solids.bar(made.nodes[a], made.nodes[b], 1e3 * t.ROD_RADIUS)
+        # it lies in its bore with a little play, and cannot leave it upwards without a snap
+        assert 0.0 < made.solid.min_gap(rod, 5.0) < 0.2
+        raised = rod.translate((0.0, 0.0, 1.0))
+        assert (raised ^ made.solid).volume() > 0.5
+        assert made.nodes[[a, b], 2].min() >= PLATE + BELOW - 1e-6
+
+
+def test_nothing_else_touches_it_and_the_module_comes_out(made):
+    assert made.room >= LEAST_ROOM
+    for a, b in t.CABLES:
+        for height in (0.0, 20.0, 60.0):
+            lifted = made.nodes[[a, b]] + [0.0, 0.0, height]
+            assert made.solid.min_gap(solids.bar(*lifted, 0.5), 5.0) > 0.0, (a, b, height)
+
+
+def test_rods_do_not_lie_in_each_others_way(made):
+    for (a, b), (c, d) in itertools.combinations(t.RODS, 2):
+        one = solids.bar(made.nodes[a], made.nodes[b], 1e3 * t.ROD_RADIUS)
+        other = solids.bar(made.nodes[c], made.nodes[d], 1e3 * t.ROD_RADIUS)
+        assert one.min_gap(other, 50.0) > 5.0
+
+
+def test_where_a_tail_leaves_no_room_beside_the_servo_there_is_none():
+    printed = load_materials("tpu-85a")
+    (design,) = design_cables(LoneModule(2, (1,)), printed)
+    assert jig(design, printed) is None

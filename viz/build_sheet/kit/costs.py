@@ -1,0 +1,154 @@
+"""What a kit costs in money and hours, how it is fed, and what to measure in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from reportlab.platypus import Flowable
+
+from engine.body.morphology import Morphology
+from engine.fabrication.kit.measured import MEASURES
+from engine.fabrication.kit.power import LARGEST_DROP, power
+from engine.fabrication.kit.purchases import AS_OF, HOURS, print_hours, purchases, total
+from engine.fabrication.materials import Materials
+from engine.fabrication.parts.printed_parts import printed_parts
+from viz.build_sheet import blocks, style
+from viz.build_sheet.style import Paper
+
+TETHER: Final = 1.5
+"""Length of the wire to the robot, in m."""
+_FILAMENT: Final = (
+    ("nozzle, bed", "240 °C, 80 °C", "225 °C, 45 °C"),
+    ("layer; first layer", "0.2 mm; 0.2 mm", "0.2 mm; 0.2 mm, 20 mm/s"),
+    ("walls, infill", "3, 100 %", "2, 100 % along the cables"),
+    ("speed, fan", "50 mm/s, 40 %", "20 mm/s, 50 %"),
+    ("retraction", "1 mm (direct drive), 4 mm (Bowden)", "0.5 mm or none, direct drive"),
+    ("supports, brim", "under the servo mount only; brim of 3 mm under caps", "none, none"),
+    ("drying", "65 °C, 6 h", "55 °C, 8 h: wet TPU strings"),
+)
+
+
+def pages(
+    morphology: Morphology, n_servos: Sequence[int], materials: Materials, paper: Paper
+) -> list[Flowable]:
+    """Return the section.
+
+    Args:
+        morphology: what the kit is for.
+        n_servos: numbers of servos to say the power for.
+        materials: what it is built from.
+        paper: to print on.
+    """
+    width = paper.inner_width
+    listed = purchases(morphology, materials)
+    (low, high), (low_more, high_more) = total(listed), total(listed, again=True)
+    hours = print_hours(printed_parts(morphology, materials))
+    rows = [
+        [
+            style.escaped(p.what),
+            style.escaped(p.needed),
+            style.escaped(p.typical),
+            str(p.packs),
+            f"{p.packs * p.low:.0f} to {p.packs * p.high:.0f}",
+        ]
+        for p in listed
+    ]
+    return [
+        blocks.heading("What it costs"),
+        blocks.grid(
+            ("to buy", "needed, with spares", "typical part", "packs", f"euro ({AS_OF})"),
+            rows,
+            blocks.columns(width, 26, 24, 29, 8, 13),
+            right=(3, 4),
+        ),
+        blocks.gap(2),
+        blocks.note(
+            f"<b>{low:.0f} to {high:.0f} euro</b> for the first module, {low_more:.0f} to {high_more:.0f} for"
+            f" each further one: usual prices as of {AS_OF}, our own guess and no shop's offer, with tax and"
+            f" without shipping. The printer needs about {hours:.1f} hours. Not counted: printer, calipers,"
+            " scale, soldering iron."
+        ),
+        blocks.together(
+            [
+                blocks.subheading("Hours of work, for somebody's first module"),
+                blocks.grid(
+                    ("what", "hours"),
+                    [
+                        *[[a, f"{h:g}"] for a, h in HOURS.items()],
+                        ["<b>all</b>", f"<b>{sum(HOURS.values()):g}</b>"],
+                    ],
+                    blocks.columns(0.5 * width, 70, 30),
+                    right=(1,),
+                ),
+            ]
+        ),
+        blocks.together([blocks.subheading("Power"), *_power(n_servos, materials, width)]),
+        blocks.together(
+            [
+                blocks.subheading("Filament settings to begin with"),
+                blocks.grid(
+                    (
+                        "",
+                        f"{style.escaped(materials.plastic.material)}: rigid parts, jig",
+                        "TPU 85A: links, nets",
+                    ),
+                    [[f"<b>{a}</b>", b, c] for a, b, c in _FILAMENT],
+                    blocks.columns(width, 24, 38, 38),
+                ),
+                blocks.gap(2),
+                blocks.note("Assumed, for a nozzle of 0.4 mm; the spool's own figures win."),
+            ]
+        ),
+        blocks.together(
+            [
+                blocks.subheading("What to measure, in this order"),
+                blocks.body(
+                    "The file <b>measured.toml</b> is the form for it. Fill it in, then make the parts from"
+                    " it: tensatlas export … --materials measured.toml."
+                ),
+                blocks.grid(
+                    ("", "what", "how", "measured"),
+                    [
+                        ["1", "pull test", "“Pull test of the cable material”, before anything is cut", ""],
+                        *[
+                            [str(n), f"{table}: {key.replace('_', ' ')}", style.escaped(how), ""]
+                            for n, (table, key, how) in enumerate(MEASURES, start=2)
+                        ],
+                    ],
+                    blocks.columns(width, 5, 28, 50, 17),
+                ),
+            ]
+        ),
+    ]
+
+
+def _power(n_servos: Sequence[int], materials: Materials, width: float) -> list[Flowable]:
+    rows = []
+    for n in n_servos:
+        found = power(n, materials.servo, TETHER)
+        if found is None:
+            rows.append([str(n), "–", "no wire is thick enough: put the supply nearer", "", "", "", ""])
+            continue
+        rows.append(
+            [
+                str(n),
+                f"{found.current:.1f} A",
+                f"AWG {found.awg} ({found.section:.2f} mm²)",
+                f"{found.drop:.2f} V",
+                found.connector,
+                f"{found.fuse:g} A",
+                f"{found.supply:g} A",
+            ]
+        )
+    header = ("servos", "all blocked", "wire to the robot", "it loses", "connector", "fuse", "supply")
+    return [
+        blocks.grid(header, rows, blocks.columns(width, 10, 13, 24, 11, 20, 10, 12)),
+        blocks.gap(2),
+        blocks.note(
+            f"For a tether of {TETHER:g} m, whose wires lose at most {LARGEST_DROP:g} V, and servos that draw"
+            f" {materials.servo.stall_current:g} A when they are blocked. From the common wires to a servo"
+            " AWG 26 is enough, for its signal AWG 28. The fuse sits at the supply, in the + wire; a"
+            " capacitor of 470 to 1000 µF at the robot."
+        ),
+    ]
