@@ -49,6 +49,7 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
     scene.shape(
         "rod", solids.cylinder(1e3 * t.ROD_RADIUS, 1e3 * CAP_TIP, length - 1e3 * CAP_TIP, segments=16)
     )
+    scene.shape("rod", _halves(materials), name="servo_rod")
     scene.shape("cable", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     scene.shape("line", Manifold.cylinder(1.0, 1.0, 1.0, 6))
     scene.shape("mount", sp.servo_mount(materials))
@@ -66,7 +67,8 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
         for r, (a, b) in enumerate(t.RODS):
             axis = points[b] - points[a]
             towards = centre - points[[a, b]].mean(axis=0)
-            scene.add("rod", f"{m}_rod{r}", solids.frame_along(axis), points[a])
+            kind = "servo_rod" if r == t.SERVO_ROD else "rod"
+            scene.add(kind, f"{m}_rod{r}", solids.frame_along(axis), points[a])
             for node, sign in ((a, -1.0), (b, 1.0)):
                 frame = solids.frame_along(sign * axis, towards)
                 scene.add(f"cap_{designs[i].level}", f"{m}_cap_{node}", frame, points[node])
@@ -88,6 +90,16 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
             name = f"link{t.module_number(i)}_{k}"
             scene.add_bar("link", name, nodes[i][face[a]], nodes[i + 1][opposite[b]], 1.0)
     return scene.glb()
+
+
+def _halves(materials: Materials) -> Manifold:
+    """Return both pieces of the servo rod along z, its first node at 0."""
+    left, right = (1e3 * length for length in sp.half_rods(materials))
+    low, high = 1e3 * CAP_TIP, 1e3 * (t.ROD_LENGTH - CAP_TIP)
+    radius = 1e3 * t.ROD_RADIUS
+    return solids.cylinder(radius, low, low + left, segments=16) + solids.cylinder(
+        radius, high - right, high, segments=16
+    )
 
 
 @functools.lru_cache(maxsize=64)
