@@ -33,7 +33,8 @@ SPREAD: Final = "spread"
 """Key of how robots of one design differ, among what costs a robot."""
 _SPREAD: Final = (
     "how robots of the design differ",
-    "a pull test, entered in the materials file, narrows that most; or evolve with --as-built --spread",
+    "evolve with --as-built --spread, whose robots stand it; pull test, tilting test and the limiters'"
+    " weight narrow it",
 )
 WORST: Final = 0.1
 """Part of the built robots that do worse than ``AsBuilt.worst``."""

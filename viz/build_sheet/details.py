@@ -54,7 +54,7 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     pen.dimension((at(-tail, 0)[0], below), (x, below), f"{tail:.1f} mm", ticks=(y - scale * sleeve,) * 2)
     pen.text(x + 2, below - 14, "node", align="centre", color=style.LINK, bold=True)
     # a short cap is drawn near the right edge
-    where = min(at(-tail - bare, 0)[0], pen.width - 132)
+    where = min(at(-tail - bare, 0)[0], pen.width - 146)
     pen.text(where, y + scale * crown + 22, "ring" if printed else "knot", color=style.CABLE, bold=True)
     pen.line((where + 12, y + scale * crown + 20), at(-tail - 0.6, sp.ROD_DIAMETER / 2 + 1), width=0.4)
     pen.text(where + 44, y + scale * crown + 22, "cable", color=style.CABLE, bold=True)

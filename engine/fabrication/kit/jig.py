@@ -26,7 +26,7 @@ STANDS: Final = (-0.9639, 0.0463, 0.0896, 0.2463)
 """How a module stands in its jig: a quaternion (x, y, z, w)."""
 BELOW: Final = 30.0
 """Room between the plate and the lowest node for fingers, in mm."""
-POST: Final = 3.0
+POST: Final = 2.0
 """Radius of a post, in mm."""
 PLATE: Final = 3.0
 """Thickness of the plate, in mm."""
@@ -40,9 +40,9 @@ LEAST_ROOM: Final = 1.0
 """Between a post and whatever is not its rod, in mm."""
 _END: Final = 4.0
 """Of a rod that a ring or knot needs besides the tail, in mm."""
-_PLACES: Final = 13
+_PLACES: Final = 25
 """Along each rod that are looked at."""
-_BEST: Final = 5
+_BEST: Final = 4
 """Of them that are combined."""
 
 

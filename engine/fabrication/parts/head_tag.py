@@ -42,9 +42,10 @@ def tag_plate() -> Manifold:
 def tag_clip(printer: Printer) -> Manifold:
     """Return the clip, standing on its end: the rod lies along z, its mouth opens to -x."""
     inner = 1e3 * (t.ROD_RADIUS + printer.clearance / 2)
-    outer = inner + 1.2
+    outer = inner + 1.6
     ring = solids.cylinder(outer, 0.0, CLIP) - solids.cylinder(inner, -1.0, CLIP + 1.0)
     ring = ring - solids.box((-outer - 1.0, -_OPENING / 2, -1.0), (0.0, _OPENING / 2, CLIP + 1.0))
-    boss = solids.bar((inner + 0.6, 0.0, CLIP / 2), (outer + BOSS[1], 0.0, CLIP / 2), BOSS[0], segments=32)
+    half = BOSS[0]
+    boss = solids.box((inner + 0.6, -half, CLIP / 2 - half), (outer + BOSS[1], half, CLIP / 2 + half))
     hole = solids.bar((outer + 0.5, 0.0, CLIP / 2), (outer + 10.0, 0.0, CLIP / 2), WIRE / 2 + 0.05)
     return ring + boss - hole

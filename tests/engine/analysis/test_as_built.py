@@ -53,7 +53,7 @@ def test_what_costs_a_robot_that_keeps_less_than_it_should_is_said() -> None:
     assert found.worth_building
     said = found.sentences(NAMES)[1:]
     assert said[0] == "It loses 40 % of that."
-    assert said[1].startswith("3.0 cm by how robots of the design differ: a pull test")
+    assert said[1].startswith("3.0 cm by how robots of the design differ: evolve with --as-built --spread")
     assert said[2] == "1.0 cm by thing a: mend a."
 
 
