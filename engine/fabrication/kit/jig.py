@@ -1,29 +1,36 @@
 """A jig: a plate with six posts, each with a clip that holds one rod of a module in its place.
 
 The net is closed around the rods while they lie in it. Every post goes straight down from its rod through the
-open cage, so that the finished module is pulled out upwards. How the module stands was searched once among
-random turns for room around the posts; where along its rod each post holds it is chosen for the module and
-its servo.
+open cage, so that the finished module is pulled out upwards. The ways in which a module may stand were
+searched once among thousands of random turns; which of them leaves most room, and where along its rod each
+post holds it, is chosen for the module and its servo.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import io
 import itertools
-from typing import Final
+import re
+from typing import Any, Final
 
 import numpy as np
+import trimesh
 from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.dimensions.floating_module import floating_module
-from engine.fabrication.materials import Materials
-from engine.fabrication.parts import drum, servo_parts, solids
+from engine.fabrication.parts import solids
 
-STANDS: Final = (-0.9639, 0.0463, 0.0896, 0.2463)
-"""How a module stands in its jig: a quaternion (x, y, z, w)."""
+STANDS: Final = (
+    (-0.9639, 0.0463, 0.0896, 0.2463),
+    (-0.1984, -0.1008, 0.621, 0.7516),
+    (0.1232, -0.1899, 0.6968, -0.6806),
+    (0.1599, 0.7096, -0.6541, 0.2077),
+)
+"""Ways in which a module may stand in its jig, as quaternions (x, y, z, w)."""
 BELOW: Final = 30.0
 """Room between the plate and the lowest node for fingers, in mm."""
 POST: Final = 2.0
@@ -40,6 +47,13 @@ LEAST_ROOM: Final = 1.0
 """Between a post and whatever is not its rod, in mm."""
 _END: Final = 4.0
 """Of a rod that a ring or knot needs besides the tail, in mm."""
+_PLAY: Final = 0.5
+"""Between a clip and the parts on the servo rod, and four times a rod's play in its bore, in mm."""
+_SAMPLED: Final = 3.0
+"""Longest distance of neighbouring points on these parts, in mm."""
+_ROD: Final = re.compile(r"_rod(\d+)$")
+_OTHERS: Final = re.compile(r"_cap_|_cable_|_servo_\d+$")
+"""Names of parts that are put on later, once the module lies in the jig."""
 _PLACES: Final = 25
 """Along each rod that are looked at."""
 _BEST: Final = 4
@@ -61,24 +75,51 @@ class Jig:
     room: float
 
 
-def jig(design: CableDesign, materials: Materials) -> Jig | None:
+def jig(design: CableDesign, glb: bytes) -> Jig | None:
     """Return the jig for a module, or None if its servo leaves no room for one.
 
     Args:
         design: of its cables.
-        materials: what it is built from.
+        glb: scene of the module alone, which shows where the parts on its servo rod are.
     """
-    nodes = 1e3 * floating_module(design.level, None).nodes
-    nodes = Rotation.from_quat(STANDS).apply(nodes - nodes.mean(axis=0))
-    nodes[:, 2] += PLATE + BELOW - nodes[:, 2].min()
-    found = _places(nodes, 1e3 * design.tail, materials)
-    if found is None:
+    module = 1e3 * floating_module(design.level, None).nodes
+    unit = _unit(glb, module)
+    best: tuple[float, np.ndarray, np.ndarray] | None = None
+    for stand in STANDS:
+        turn = Rotation.from_quat(stand)
+        nodes, parts = turn.apply(module), turn.apply(unit)
+        lift = np.array([0.0, 0.0, PLATE + BELOW - nodes[:, 2].min()])
+        found = _places(nodes + lift, 1e3 * design.tail, parts + lift)
+        if found is not None and (best is None or found[1] > best[0]):
+            best = (found[1], nodes + lift, found[0])
+    if best is None:
         return None
-    places, room = found
-    return Jig(_solid(nodes, places, materials), nodes, room)
+    room, nodes, places = best
+    return Jig(_solid(nodes, places), nodes, room)
 
 
-def _places(nodes: np.ndarray, tail: float, materials: Materials) -> tuple[np.ndarray, float] | None:
+def _unit(glb: bytes, nodes: np.ndarray) -> np.ndarray:
+    """Return (n, 3) points all over the parts on the servo rod, in mm, for a module with its nodes there."""
+    scene: Any = trimesh.load(io.BytesIO(glb), file_type="glb")
+    middles = np.zeros((len(t.RODS), 3))
+    parts = []
+    for name in scene.graph.nodes_geometry:
+        place, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        if found := _ROD.search(name):
+            corners = trimesh.transform_points(mesh.vertices, place)
+            middles[int(found[1])] = (corners.min(axis=0) + corners.max(axis=0)) / 2
+        elif not _OTHERS.search(name):
+            points, _ = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, 1e-3 * _SAMPLED)
+            parts.append(trimesh.transform_points(points, place))
+    held = np.array([nodes[list(ends)].mean(axis=0) for ends in t.RODS])
+    drawn = 1e3 * middles
+    turn, _ = Rotation.align_vectors(held - held.mean(axis=0), drawn - drawn.mean(axis=0))
+    points = 1e3 * np.concatenate(parts)
+    return np.asarray(turn.apply(points - drawn.mean(axis=0)) + held.mean(axis=0))
+
+
+def _places(nodes: np.ndarray, tail: float, unit: np.ndarray) -> tuple[np.ndarray, float] | None:
     """Return (6, 3) where each rod is held, and the room around the posts; None if there is too little."""
     others = np.array([nodes[list(pair)] for pair in (*t.RODS, *t.CABLES)])
     options: list[list[tuple[float, np.ndarray]]] = []
@@ -86,31 +127,37 @@ def _places(nodes: np.ndarray, tail: float, materials: Materials) -> tuple[np.nd
         middle, half = (nodes[a] + nodes[b]) / 2, (nodes[b] - nodes[a]) / 2
         length = float(np.linalg.norm(half))
         reach = length - tail - _END - CLIP[1]
-        along = [u for u in np.linspace(-reach, reach, _PLACES) if r != t.SERVO_ROD or _free(u, materials)]
-        places = [middle + u / length * half for u in along]
         rest = np.delete(others, r, axis=0)
-        rooms = [_room_below(p, rest) for p in places]
-        best = sorted(range(len(places)), key=lambda k: -rooms[k])[:_BEST]
-        options.append([(rooms[k], places[k]) for k in best])
+        found = []
+        for u in np.linspace(-reach, reach, _PLACES):
+            place = middle + u / length * half
+            if _clip_room(place, half, unit) > 0.0:
+                room = min(_room_below(place, rest) - 1e3 * t.ROD_RADIUS, _points_below(place, unit))
+                found.append((room - POST, place))
+        options.append(sorted(found, key=lambda option: -option[0])[:_BEST])
     chosen: tuple[float, np.ndarray] | None = None
     for combination in itertools.product(*options):
-        places_of = np.array([place for _, place in combination])
-        apart = np.linalg.norm(places_of[:, None, :2] - places_of[None, :, :2], axis=-1)
-        between = float(apart[np.triu_indices(len(places_of), 1)].min()) - 2 * POST
-        room = min(between, *(own - POST - 1e3 * t.ROD_RADIUS for own, _ in combination))
+        places = np.array([place for _, place in combination])
+        apart = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=-1)
+        between = float(apart[np.triu_indices(len(places), 1)].min()) - 2 * POST
+        room = min(between, *(own for own, _ in combination))
         if chosen is None or room > chosen[0]:
-            chosen = (room, places_of)
+            chosen = (room, places)
     return None if chosen is None or chosen[0] < LEAST_ROOM else (chosen[1], chosen[0])
 
 
-def _free(u: float, materials: Materials) -> bool:
-    """Tell whether a clip u mm along the servo rod, towards its second node, meets no part on it."""
-    unit = servo_parts.servo_mount(materials)
-    for solid in (unit, servo_parts.servo_body(materials.servo), drum.drum_in_place(materials.servo)):
-        _, low, _, _, high, _ = solid.bounding_box()
-        if low - CLIP[1] - 0.5 < u < high + CLIP[1] + 0.5:
-            return False
-    return True
+def _clip_room(place: np.ndarray, along: np.ndarray, unit: np.ndarray) -> float:
+    """Return the gap in mm between a clip and the parts on the servo rod; negative if they would meet."""
+    wide, half, below, above = CLIP
+    across, up, ahead = ((unit - place) @ _clip_frame(along)).T
+    outside = [np.abs(across) - wide, np.maximum(up - above, -below - up), np.abs(ahead) - half]
+    return float(np.max(outside, axis=0).min()) - _PLAY
+
+
+def _points_below(place: np.ndarray, points: np.ndarray) -> float:
+    """Return how far the axis of the post below a place is from (n, 3) points, in mm."""
+    over = np.maximum(points[:, 2] - (place[2] - CLIP[2]), 0.0)
+    return float(np.hypot(np.linalg.norm(points[:, :2] - place[:2], axis=1), over).min())
 
 
 def _room_below(place: np.ndarray, others: np.ndarray) -> float:
@@ -122,11 +169,11 @@ def _room_below(place: np.ndarray, others: np.ndarray) -> float:
     return float(np.hypot(flat, over).min())
 
 
-def _solid(nodes: np.ndarray, places: np.ndarray, materials: Materials) -> Manifold:
+def _solid(nodes: np.ndarray, places: np.ndarray) -> Manifold:
     middle = places[:, :2].mean(axis=0)
     radius = float(np.linalg.norm(places[:, :2] - middle, axis=1).max()) + FOOT
     whole = Manifold.cylinder(PLATE, radius, radius, 96).translate((*map(float, middle), 0.0))
-    bore = 1e3 * t.ROD_RADIUS + materials.printer.clearance * 500
+    bore = 1e3 * t.ROD_RADIUS + _PLAY / 4
     wide, half, below, above = CLIP
     for (a, b), place in zip(t.RODS, places, strict=True):
         x, y, z = map(float, place)

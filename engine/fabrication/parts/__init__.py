@@ -11,6 +11,7 @@ in the room above. Read in this order:
 - ``servo_parts``: the servo's mount, the guide of its lines and the counterweight.
 - ``head_tag``: what carries the tag by which a camera sees the head.
 - ``shapes``: the solids of nets, caps, links and the coupon.
+- ``foot``: a foot that grips one way, and the sled of its friction test.
 - ``net_files``: the net as a drawing at 1:1, DXF and SVG.
 - ``printed_parts``: which of these a robot needs, how many, of what, and whether they can be printed.
 - ``assembly``: the whole robot as one GLB scene, and the room that the servo has.

@@ -15,6 +15,10 @@ from viz.build_sheet.scene import OrthographicCamera
 
 LONGEST: Final = 0.012
 """Longest edge of a painted triangle, in m: larger ones are cut, so that middles tell what is behind."""
+LINES: Final = "*_servo_*"
+"""Names of the servo's lines, which are thinner than a picture can show."""
+THICKER: Final = 4.0
+"""Times that they are drawn thicker."""
 LIGHT: Final = np.array([0.35, 0.5, 0.79])
 """Direction to the light in the picture: right, up, towards whoever looks."""
 GHOST: Final = np.array([206.0, 212.0, 219.0])
@@ -35,6 +39,8 @@ class ScenePictures:
         self._parts: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         for name in sorted(scene.graph.nodes_geometry):
             place, geometry = scene.graph[name]
+            if fnmatch.fnmatchcase(name, LINES):
+                place = place @ np.diag([THICKER, THICKER, 1.0, 1.0])
             mesh = scene.geometry[geometry]
             corners = trimesh.transform_points(mesh.vertices, place)[mesh.faces]
             # glTF has y up, pictures have z up

@@ -21,6 +21,7 @@ COLUMNS: Final = 3
 CAMERA: Final = OrthographicCamera.looking(-30.0, 25.0)
 BENCH: Final = OrthographicCamera.looking(40.0, 20.0)
 """Looks at the servo before it is in the module."""
+KNOWN: Final = ("*_rod*", "*_cap_*", "*_cable_*", "*_servo*", "*_mount*", "*_drum*", "jig*")
 SERVO: Final = f"*_rod{t.SERVO_ROD}"
 
 
@@ -44,8 +45,10 @@ class Action:
 def actions(scene: ScenePictures) -> list[Action]:
     """Return the actions from the first part to the last; together they add every part of the scene."""
     r0, (a, b) = t.SERVO_ROD, t.RODS[t.SERVO_ROD]
+    rest = sorted(set(scene.names) - set(scene.matching(KNOWN)))
     found = [
-        Action("Servo into the cradle of its mount", ("*_mount*", "*_servo"), close=True),
+        # parts that this list does not know belong to the servo
+        Action("Servo into the cradle of its mount", ("*_mount*", "*_servo", *rest), close=True),
         Action("Counterweight into its cup", ("*_ballast*",), close=True),
         Action("Drum on the servo's shaft", ("*_drum*",), close=True),
         Action(f"Both pieces of rod {r0} into the mount, the short one at {a}", (SERVO,), close=True),
@@ -71,10 +74,6 @@ def actions(scene: ScenePictures) -> list[Action]:
     found += [
         Action(f"Line from the drum through the guide to node {n}", (f"*_servo_{n}",)) for n in t.SERVO_NODES
     ]
-    known = set(scene.matching([p for action in found for p in action.new]))
-    rest = tuple(name for name in scene.names if name not in known)
-    if rest:  # parts that this list does not know belong to the servo
-        found[0] = dataclasses.replace(found[0], new=(*found[0].new, *rest))
     return found
 
 
@@ -90,8 +89,9 @@ def pages(scene: ScenePictures, paper: Paper) -> list[Flowable]:
         gone = set(scene.matching(action.gone))
         there = [name for name in there if name not in gone]
         before = [name for name in there if name not in new]
-        out = gone if action.gone == ("jig*",) else set()
-        within = [*before, *new] if action.close else [n for n in shown if n not in out]
+        if not new:  # for good
+            shown = [name for name in shown if name not in gone]
+        within = [*before, *new] if action.close else shown
         image = ImageReader(
             scene.picture(
                 BENCH if action.close else CAMERA, new, before, size=SIZE, around=scene.points(within)

@@ -86,8 +86,8 @@ def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
 def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
     n, motor = facts.morphology.n_modules, materials.servo
     plan = stock_plan(facts.morphology, materials)
-    listed = parts(facts.morphology, materials)
-    printed = printed_parts(facts.morphology, materials)
+    listed = parts(facts.morphology, materials, facts.feet.feet)
+    printed = printed_parts(facts.morphology, materials, facts.feet.feet)
     line = sum(p.quantity * (p.length or 0.0) for p in listed if p.group == "internal cables")
     rows = [
         [
@@ -163,7 +163,7 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
 
 def _prints(facts: Facts, materials: Materials) -> list[list[str]]:
     rows = []
-    for p in printed_parts(facts.morphology, materials):
+    for p in printed_parts(facts.morphology, materials, facts.feet.feet):
         size = " × ".join(f"{1000 * v:.1f}" for v in p.size)
         soft = materials.cable.material if materials.cable.form == "printed" else "flexible (TPU)"
         rows.append(

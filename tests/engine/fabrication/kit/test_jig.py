@@ -11,14 +11,20 @@ from engine.fabrication.kit.jig import BELOW, LEAST_ROOM, PLATE, jig
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import solids
+from engine.fabrication.parts.assembly import robot_glb
 
 MATERIALS = load_materials()
 
 
-@pytest.fixture(scope="module", params=[1, 10])
-def made(request):
-    (design,) = design_cables(LoneModule(request.param, (1,)), MATERIALS)
-    return jig(design, MATERIALS)
+def jig_of(level, materials=MATERIALS):
+    module = LoneModule(level, (1,))
+    (design,) = design_cables(module, materials)
+    return jig(design, robot_glb(module, materials))
+
+
+@pytest.fixture(scope="module")
+def made():
+    return jig_of(2)
 
 
 def test_it_is_one_printable_piece_that_stands(made):
@@ -59,6 +65,4 @@ def test_rods_do_not_lie_in_each_others_way(made):
 
 
 def test_where_a_tail_leaves_no_room_beside_the_servo_there_is_none():
-    printed = load_materials("tpu-85a")
-    (design,) = design_cables(LoneModule(2, (1,)), printed)
-    assert jig(design, printed) is None
+    assert jig_of(2, load_materials("tpu-85a")) is None

@@ -8,13 +8,16 @@ import pytest
 from pypdf import PdfReader
 from reportlab.lib.units import mm
 
+from engine.export import simulate_trial
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.kit.jig import jig
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.net import lay_out, module_net
+from engine.storage.reader import RunReader
 from viz.build_sheet import style
+from viz.build_sheet.facts import gather
 from viz.build_sheet.kit import steps, tiles
 from viz.build_sheet.kit.kit_sheet import kit_sheet
 from viz.build_sheet.kit.module_scene import module_scene
@@ -24,15 +27,24 @@ MATERIALS = load_materials()
 
 
 @pytest.fixture(scope="module")
-def scene(robots):
-    module = LoneModule.of(robots[2].morphology)
-    (design,) = design_cables(module, MATERIALS)
-    return module_scene(robot_glb(module, MATERIALS), jig(design, MATERIALS))
+def facts(small_run):
+    with RunReader(small_run) as reader:
+        number = min(reader.placements("morphology", reader.last_closed().number).values())
+        evaluation = reader.evaluation(number)
+        return gather(reader, evaluation, simulate_trial(reader.config, evaluation))
 
 
 @pytest.fixture(scope="module")
-def sheet(robots, scene):
-    return kit_sheet(robots[2], MATERIALS, scene)
+def scene(facts):
+    module = LoneModule.of(facts.morphology)
+    (design,) = design_cables(module, MATERIALS)
+    glb = robot_glb(module, MATERIALS)
+    return module_scene(glb, jig(design, glb))
+
+
+@pytest.fixture(scope="module")
+def sheet(facts, scene):
+    return kit_sheet(facts, MATERIALS, scene)
 
 
 def test_nothing_overflows_or_lies_over_something_else(sheet):
@@ -148,8 +160,8 @@ def test_the_tiles_show_the_whole_net_at_its_size(monkeypatch, paper, path):
     assert again == pdf
 
 
-def test_a_modules_own_net_is_tiled(robots):
-    (design,) = design_cables(LoneModule.of(robots[2].morphology), MATERIALS)
+def test_a_modules_own_net_is_tiled(facts):
+    (design,) = design_cables(LoneModule.of(facts.morphology), MATERIALS)
     pdf, _ = tiles.net_tiles(module_net(design, MATERIALS.printer), style.PAPERS["a4"], "Net of module 1")
     text = "".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)
     assert "print at 100 %" in text
