@@ -21,7 +21,7 @@ from engine.body.feet import feet_note
 from engine.config import RunConfig
 from engine.errors import InvalidData, printable
 from engine.files import readable_json
-from engine.search.archive import parse_cell
+from engine.search.archive import Cell, cell_name, parse_cell
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Simulator, check_timestep, physics_to_json
 from engine.storage.reader import RunReader
@@ -29,7 +29,7 @@ from engine.tasks import get_task
 
 if TYPE_CHECKING:  # the libraries that shape parts take a while to import
     from engine.analysis.as_built import AsBuilt
-    from engine.fabrication.as_built import Deviation
+    from engine.fabrication.as_built import Deviation, Twin
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class Verify:
     """Run file."""
     archive: str = "morphology"
     """Map to take the elite from: morphology or controller, or of MAP-Elites grid."""
-    cell: str
+    cell: str | None = None
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     inertia_scale: float | None = None
     """Factor on every inertia; 1 is the real one. The time step follows it to stay stable."""
@@ -58,6 +58,8 @@ class Verify:
     """For --as-built, what it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
     samples: int = 20
     """For --as-built, how many robots of the design are simulated, each as inexact as tolerances allow."""
+    best: int | None = None
+    """For --as-built, in place of --cell: a table of so many of the map's best robots."""
     seeds: int = 5
     """Evaluations with fresh noise, each of all targets and repeats."""
     workers: int = os.cpu_count() or 1
@@ -75,9 +77,18 @@ class Verify:
         check_workers(self.workers)
         if not 1 <= self.seeds <= MAX_SEEDS:
             raise InvalidData(f"seeds must be from 1 to {MAX_SEEDS}, not {self.seeds}")
+        if (self.cell is None) == (self.best is None):
+            raise InvalidData("name one robot by --cell, or --best of the map with --as-built")
+        if self.best is not None and not self.as_built:
+            raise InvalidData("--best needs --as-built")
         with RunReader(self.path) as reader:
             config = reader.config
-            evaluation = reader.evaluation(reader.elite_at(self.archive, parse_cell(self.cell)))
+            if self.best is not None:
+                from engine.analysis.as_built import best_elites
+
+                self._table_of_best(config, best_elites(reader, self.archive, self.best))
+                return
+            evaluation = reader.evaluation(reader.elite_at(self.archive, parse_cell(self.cell or "")))
         if self.as_built:
             self._as_built(config, evaluation)
             return
@@ -99,9 +110,9 @@ class Verify:
         else:
             _print(self, config, found)
 
-    def _as_built(self, config: RunConfig, evaluation: Evaluation) -> None:
-        """Simulate a robot as it would be built and print how it does."""
-        from engine.analysis.as_built import as_built_facts, check_samples, simulate_as_built
+    def _simulate(self, config: RunConfig, evaluation: Evaluation) -> tuple[Twin, AsBuilt]:
+        """Simulate a robot as it would be built."""
+        from engine.analysis.as_built import check_samples, simulate_as_built
         from engine.fabrication.as_built import twin_of
         from engine.fabrication.dimensions.feet import robot_feet
         from engine.fabrication.materials import load_materials
@@ -116,7 +127,7 @@ class Verify:
             load_materials(self.materials),
             feet=robot_feet(config, evaluation).feet,
         )
-        found = simulate_as_built(
+        return twin, simulate_as_built(
             config,
             evaluation,
             nominal=twin.nominal,
@@ -126,14 +137,63 @@ class Verify:
             n_seeds=self.seeds,
             n_threads=self.workers,
         )
+
+    def _facts(self, cell: str | None, number: int, twin: Twin, found: AsBuilt) -> dict[str, Any]:
+        """Return how a robot does as built, as JSON-ready values."""
+        from engine.analysis.as_built import as_built_facts
+
+        place = {"path": str(self.path), "archive": self.archive, "cell": cell}
+        of = {"number": number, "materials": self.materials}
+        return place | of | as_built_facts(found) | {"deviations": [d.to_json() for d in twin.deviations]}
+
+    def _as_built(self, config: RunConfig, evaluation: Evaluation) -> None:
+        """Simulate a robot as it would be built and print how it does."""
+        twin, found = self._simulate(config, evaluation)
         if self.json:
-            facts = as_built_facts(found) | {"deviations": [d.to_json() for d in twin.deviations]}
-            place = {"path": str(self.path), "archive": self.archive, "cell": self.cell}
-            number = {"number": evaluation.solution.number, "materials": self.materials}
-            print(readable_json(place | number | facts))
+            print(readable_json(self._facts(self.cell, evaluation.solution.number, twin, found)))
             return
         _print_head(self, evaluation)
         _print_as_built(self.materials, twin.deviations, found)
+
+    def _table_of_best(self, config: RunConfig, best: Sequence[tuple[Cell, Evaluation]]) -> None:
+        """Simulate robots as they would be built and print a row for each as soon as it is known.
+
+        The rows are Markdown, for a page of results.
+        """
+        if not self.json:
+            print(
+                f"| cell | robot | body | evolved | as designed | {self.samples} robots | kept | costs most |"
+            )
+            print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+        facts = []
+        for cell, evaluation in best:
+            twin, found = self._simulate(config, evaluation)
+            facts.append(self._facts(cell_name(cell), evaluation.solution.number, twin, found))
+            if not self.json:
+                print(_row(cell, evaluation, twin.deviations, found), flush=True)
+        if self.json:
+            print(readable_json({"robots": facts}))
+
+
+def _row(cell: Cell, evaluation: Evaluation, deviations: Sequence[Deviation], found: AsBuilt) -> str:
+    """Return a robot's row of the table of the best; f_s in cm."""
+    from engine.analysis.as_built import SPREAD
+
+    body = evaluation.solution.morphology
+    names = {d.key: d.name for d in deviations} | {SPREAD: "how robots of the design differ"}
+    spread = "" if found.robots.deviation is None else f" ± {_cm(found.robots.deviation)}"
+    costly = [f"{names[key]} {_cm(cost)}" for key, cost in found.all_costs[:2] if cost > 0.001]
+    fields = (
+        cell_name(cell),
+        evaluation.solution.number,
+        f"{body.n_modules} modules, {body.stiffness_text}",
+        _cm(found.evolved.mean),
+        _cm(found.nominal.mean),
+        _cm(found.robots.mean) + spread,
+        "" if found.kept is None else f"{100 * found.kept:.0f} %",
+        ", ".join(costly),
+    )
+    return "| " + " | ".join(map(str, fields)) + " |"
 
 
 def _print_head(command: Verify, evaluation: Evaluation) -> None:

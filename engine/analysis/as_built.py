@@ -7,24 +7,36 @@ not look for its head again. What differs is given as physics; ``engine.fabricat
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 
-from engine.analysis.robustness import deviation_of, mean_of
+from engine.analysis.robustness import deviation_of, load_robust_of, mean_of
 from engine.analysis.verify import with_noise
 from engine.config import RunConfig, task_of
 from engine.errors import InvalidData
+from engine.search.archive import Cell
 from engine.simulation.evaluation import Evaluation, LocalEvaluator
 from engine.simulation.physics import Physics
+from engine.storage.reader import RunReader
 
 MAX_SAMPLES: Final = 1000
 WORTH: Final = 0.5
 """Part of its evolved f_s that a robot must keep to be worth building."""
+KEEPS: Final = 0.7
+"""Part of its evolved f_s that a robot should keep; of one that does not, it is said what costs it."""
 NAMED: Final = 3
 """How many differences are named that a robot loses by."""
+SPREAD: Final = "spread"
+"""Key of how robots of one design differ, among what costs a robot."""
+_SPREAD: Final = (
+    "how robots of the design differ",
+    "evolve with --as-built --spread, whose robots stand it; pull test, tilting test and the limiters'"
+    " weight narrow it",
+)
 WORST: Final = 0.1
 """Part of the built robots that do worse than ``AsBuilt.worst``."""
 
@@ -122,6 +134,14 @@ class AsBuilt:
         found = [(key, before - (0.0 if s.mean is None else s.mean)) for key, s in self.alone.items()]
         return sorted(found, key=lambda cost: -cost[1])
 
+    @property
+    def all_costs(self) -> list[tuple[str, float]]:
+        """``costs``, and under ``SPREAD`` by how much robots of the design do worse than the design."""
+        found = self.costs
+        if self.nominal.mean is not None and self.robots.mean is not None:
+            found.append((SPREAD, self.nominal.mean - self.robots.mean))
+        return sorted(found, key=lambda cost: -cost[1])
+
     def sentences(self, names: Mapping[str, tuple[str, str]]) -> list[str]:
         """Return what this comes to, for people.
 
@@ -133,14 +153,16 @@ class AsBuilt:
         spread = "" if self.robots.deviation is None else f" ± {100 * self.robots.deviation:.1f}"
         evolved, built = 100 * self.evolved.mean, 100 * self.robots.mean
         found = [f"Evolved {evolved:.1f} cm, as built {built:.1f}{spread} cm."]
-        costly = [(key, cost) for key, cost in self.costs if cost > 0.0]
-        if self.worth_building:
+        names = {**names, SPREAD: _SPREAD}
+        costly = [(key, cost) for key, cost in self.all_costs if cost > 0.0]
+        if self.kept is not None and self.kept >= KEEPS:
             if costly:
                 key, cost = costly[0]
                 found.append(f"Costs most: {names[key][0]} ({100 * cost:.1f} cm).")
             return found
         lost = "more than all" if self.kept is None or self.kept < 0 else f"{100 * (1 - self.kept):.0f} %"
-        found.append(f"Not worth building: it loses {lost} of that.")
+        say = "It loses" if self.worth_building else "Not worth building: it loses"
+        found.append(f"{say} {lost} of that.")
         found += [f"{100 * cost:.1f} cm by {names[key][0]}: {names[key][1]}." for key, cost in costly[:NAMED]]
         return found
 
@@ -207,6 +229,34 @@ def simulate_as_built(
     )
 
 
+def best_elites(reader: RunReader, archive: str, n: int) -> list[tuple[Cell, Evaluation]]:
+    """Return the n best elites of a map with their cells: by f_s under fresh noise if that is known.
+
+    Args:
+        reader: of the run.
+        archive: name of the map.
+        n: how many; fewer if the map holds fewer.
+
+    Raises:
+        InvalidData: fewer than one is asked for, or results beside the run are of another run.
+        RunFileError: there is no such archive, or the file is damaged.
+    """
+    if n < 1:
+        raise InvalidData(f"best must be at least 1, not {n}")
+    held = reader.contents(archive, reader.finished_generation(archive).number)
+    known = load_robust_of(reader)
+
+    def fitness(evaluation: Evaluation) -> float:
+        number = evaluation.solution.number
+        again = None if known is None else known.mean(number)
+        recorded = math.inf if evaluation.fitness is None else evaluation.fitness
+        return recorded if again is None else again
+
+    with reader.guard():
+        best = sorted(held.items(), key=lambda item: (fitness(item[1]), item[0]))[:n]
+    return [(cell, reader.evaluation(e.solution.number)) for cell, e in best]
+
+
 def check_samples(n: int) -> None:
     """Make sure that so many robots can be simulated.
 
@@ -236,6 +286,7 @@ def as_built_facts(found: AsBuilt) -> dict[str, Any]:
         "worth_building": found.worth_building,
         "alone": {key: facts(scores) for key, scores in found.alone.items()},
         "costs_cm": {key: 100.0 * cost for key, cost in found.costs},
+        "spread_costs_cm": {key: 100.0 * cost for key, cost in found.all_costs}.get(SPREAD),
         "feet": [
             {"forward": forward, "backward": backward, **facts(scores)}
             for (forward, backward), scores in found.pairs.items()

@@ -17,17 +17,20 @@ PULSE: Final = 4
 """The rhythm of every module of a body without rhythms while its head is searched: 0.5 Hz, phase 0."""
 
 
-def _load_table() -> np.ndarray:
-    path = importlib.resources.files("engine") / "data" / "servo_target_lengths.csv"
+def _load_table(name: str) -> np.ndarray:
+    path = importlib.resources.files("engine") / "data" / name
     with path.open(encoding="utf-8") as f:
         return np.loadtxt(f, delimiter=",", skiprows=1)[:, 1:]
 
 
-TARGET_LENGTHS: Final = _load_table()
+TARGET_LENGTHS: Final = _load_table("servo_target_lengths.csv")
 """(181, 5) target lengths of the internal cables, in metres, at commands 0, 1, ... 180 degrees.
 
 The order is that of ``module.SERVO_NODES``; the values are the published actuator model's.
 """
+DRUM_LENGTHS: Final = _load_table("drum_lengths.csv")
+"""(181, 5) the same as a printed drum gives them, whose cams come as near to the published table as they can
+(``engine.fabrication.parts.cams``)."""
 
 
 def pick(options: np.ndarray, outputs: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ order; nothing imports what stands below it:
 - ``dimensions/``: the figures to build it by: lengths, sections, tensions, turns, cut lists.
 - ``parts/``: the shapes of its parts, as meshes, drawings and one scene.
 - ``bill_of_materials``: every part with its quantity, size and mass.
-- ``mass_balance``: simulated against built mass, and the ballast that makes up for the difference.
+- ``mass_balance``: simulated against built mass, and the counterweight of the servo.
 - ``buildability``: why a robot cannot be built or would not work, and what would help.
 - ``as_built/``: how the built robot differs from the simulated one, and its simulation with all of that.
 - ``firmware/``: the controller as an Arduino sketch, its gaits, and what it says to a host.

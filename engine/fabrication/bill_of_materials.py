@@ -15,11 +15,16 @@ from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, KNOT_LEFT, design_cables
 from engine.fabrication.dimensions.cut_lists import rods, stock_plan
 from engine.fabrication.dimensions.feet import Foot
+from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.materials import Materials, Source, load_materials
+from engine.fabrication.parts.drum import drum_errors
 from engine.fabrication.parts.printed_parts import printed_parts
-from engine.fabrication.parts.servo_parts import drum_errors, groove_radii
+from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length, ballast_mass
 from engine.files import csv_text
 
+LIMITER_MASS: Final = 5e-5
+"""Of a thread with its bead and knots, in kg."""
+GRAVITY: Final = 9.81
 COLUMNS: Final = (
     "part",
     "group",
@@ -74,22 +79,18 @@ def parts(
         *_cables(morphology, materials),
         *_printed(morphology, materials, feet),
         *_bought(morphology, materials),
+        Part(
+            name="counterweight",
+            group="servo rod",
+            quantity=morphology.n_modules,
+            length=1e-3 * ballast_length(materials),
+            diameter=2e-3 * BALLAST_RADIUS,
+            mass=ballast_mass(materials),
+            source=Source.ASSUMED,
+            note="round steel, in the cup of the servo mount: balances the servo and makes its rod as heavy"
+            " as the simulated one",
+        ),
     )
-    ballast = _ballast(morphology, listed)
-    if ballast > 0:
-        listed = (
-            *listed,
-            Part(
-                name="ballast",
-                group="servo rod",
-                quantity=morphology.n_modules,
-                mass=ballast,
-                source=Source.ASSUMED,
-                note="lead or steel on the servo rod, beside the cap of node 1: makes a module as"
-                " heavy as the"
-                " simulated one",
-            ),
-        )
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
 
 
@@ -109,12 +110,6 @@ def bill_of_materials(
     each = f"{_milli(t.ROD_MASS)} g per plain rod, {_milli(t.SERVO_ROD_MASS)} g per servo rod"
     rows.append([*row, each])
     return csv_text(rows)
-
-
-def _ballast(morphology: Morphology, listed: tuple[Part, ...]) -> float:
-    """Return the ballast of each module, in kg: what it lacks to its simulated mass, never negative."""
-    built = sum(p.quantity * p.mass for p in listed if p.group != "off the robot")
-    return max(0.0, (simulated_mass(morphology) - built) / morphology.n_modules)
 
 
 def _rods(morphology: Morphology, materials: Materials) -> list[Part]:
@@ -161,9 +156,22 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     f" unstretched, knots trimmed to {1e3 * KNOT_LEFT:.0f} mm; modules {_list(modules)}",
                 )
             )
+    if has_limiter(materials):
+        result.append(
+            Part(
+                name="limiter",
+                group="internal cables",
+                quantity=len(t.SERVO_NODES) * morphology.n_modules,
+                length=THREAD / STRETCHED,
+                mass=LIMITER_MASS,
+                source=Source.ASSUMED,
+                note="latex thread of 0.8 mm with a bead at one end, inside the rods of nodes"
+                f" {_list(sorted(t.SERVO_NODES))}; stretched until the bead lifts off at"
+                f" {1000 * t.SERVO_MAX_TENSION / GRAVITY:.0f} g",
+            )
+        )
     reach = 0.1
-    errors = drum_errors(materials.servo)
-    radii = groove_radii(materials.servo)
+    errors = drum_errors()
     for k, node in enumerate(t.SERVO_NODES):
         released, contracted = servo.TARGET_LENGTHS[0, k], servo.TARGET_LENGTHS[-1, k]
         length = float(released) + reach
@@ -178,9 +186,8 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                 source=Source.ASSUMED,
                 note=f"{materials.line.material}, in series with {materials.line.elastic}; from the guide's"
                 f" ball to node {node} {_milli(float(released))} mm at command 0 and"
-                f" {_milli(float(contracted))} mm at command 180; groove radius {radii[k]:.2f} mm (off the"
-                f" simulated table by at most"
-                f" {errors[k]:.1f} mm); {1e3 * reach:g} mm are for drum and knots",
+                f" {_milli(float(contracted))} mm at command 180, in between off the simulated table by at"
+                f" most {errors[k]:.1f} mm; {1e3 * reach:g} mm are for drum and knots",
             )
         )
     return result
@@ -198,6 +205,8 @@ def _printed(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...
             groups = [("plain rods", p.quantity - servo_caps), ("servo rod", servo_caps)]
         elif p.name.startswith("net"):
             groups = [("passive cables", p.quantity)]
+        elif p.name.startswith("tag"):
+            groups = [("plain rods", p.quantity)]
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
         where = f"; modules {_list(list(p.modules))}" if 0 < len(p.modules) < morphology.n_modules else ""

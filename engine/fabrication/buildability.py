@@ -8,12 +8,16 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cable_problems import Problem, cable_problems
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.limiter import line_limit
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.assembly import servo_clearance
+from engine.fabrication.parts.drum import required_torque
 from engine.fabrication.parts.net import LAYOUTS, lay_out
 from engine.fabrication.parts.printed_parts import printed_parts
-from engine.fabrication.parts.servo_parts import required_torque
+from engine.fabrication.parts.servo_parts import SOCKET, rod_gap
 
+KNOT: Final = 1.5
+"""Length of rod below a cap that a ring or a knot takes, in mm."""
 LEAST_GAP: Final = 0.5
 """Least gap between a servo and the module's other rods, in mm."""
 
@@ -24,6 +28,7 @@ def problems(morphology: Morphology, materials: Materials) -> tuple[Problem, ...
         *cable_problems(morphology, materials),
         *_parts(morphology, materials),
         *_servo(morphology, materials),
+        *_tails(morphology, materials),
     )
 
 
@@ -64,7 +69,7 @@ def _servo(morphology: Morphology, materials: Materials) -> list[Problem]:
     motor = materials.servo
     everywhere = tuple(range(morphology.n_modules))
     found = []
-    torque = required_torque(motor)
+    torque = required_torque(motor, line_limit(materials))
     if torque > motor.torque:
         found.append(
             Problem(
@@ -84,6 +89,25 @@ def _servo(morphology: Morphology, materials: Materials) -> list[Problem]:
                     text=f"At stiffness {level / t.N_STIFFNESS_LEVELS:.1f} {motor.model} on its mount comes"
                     f" closer than {LEAST_GAP:g} mm to another rod when the module contracts.",
                     proposals=("a smaller servo",),
+                )
+            )
+    return found
+
+
+def _tails(morphology: Morphology, materials: Materials) -> list[Problem]:
+    """Return which caps of the servo rod would meet the servo's mount."""
+    left, _ = rod_gap(materials.servo, materials.printer)
+    room = t.ROD_LENGTH / 2 + 1e-3 * (left - SOCKET - KNOT)
+    found = []
+    for d in {d.level: d for d in design_cables(morphology, materials)}.values():
+        if d.tail > room + 1e-9:
+            same = tuple(i for i, other in enumerate(morphology.stiffness_levels) if other == d.level)
+            found.append(
+                Problem(
+                    modules=same,
+                    text=f"At stiffness {d.level / t.N_STIFFNESS_LEVELS:.1f} the cap of node 0 is"
+                    f" {1e3 * d.tail:.1f} mm long and meets the servo's mount.",
+                    proposals=(f"a shorter path: max_tail_mm = {1e3 * room:.1f} in [cable]",),
                 )
             )
     return found

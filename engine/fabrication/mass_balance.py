@@ -37,8 +37,8 @@ class MassBalance:
 
     Attributes:
         lines: the groups that the robot carries.
-        ballast: to glue to each module's servo rod, in kg: what a module lacks to its simulated mass.
-        excess: what the robot weighs more than simulated, in kg; 0 if ballast makes up for it.
+        ballast: the counterweight of each servo, in kg.
+        excess: what the robot weighs more than simulated, in kg; negative if less.
     """
 
     lines: tuple[MassLine, ...]
@@ -63,22 +63,14 @@ def mass_balance(morphology: Morphology, materials: Materials, feet: tuple[Foot,
     simulated = dict.fromkeys(GROUPS, 0.0)
     simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
     simulated["servo rod"] = n * t.SERVO_ROD_MASS
-    ballast = next((p.mass for p in listed if p.name == "ballast"), 0.0)
-    rod = (
-        sum(
-            p.quantity * p.mass
-            for p in listed
-            if p.name.startswith(("servo rod", "cap")) and p.group == "servo rod"
-        )
-        / n
-    )
-    off = servo_rod_centre_of_mass(materials, rod) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
+    ballast = next(p.mass for p in listed if p.name == "counterweight")
+    caps = sum(p.quantity * p.mass for p in listed if p.name.startswith("cap") and p.group == "servo rod")
+    off = servo_rod_centre_of_mass(materials, caps / n) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
+    worn = ", feet" if feet else ""
     why = {
-        "plain rods": f"{materials.rod.material} and two printed caps each{', and feet' if feet else ''}",
-        "servo rod": f"rod, caps,{' feet,' if feet else ''} servo, mount, drum and screws"
-        + (", and ballast for what the module lacks" if ballast else "")
-        + f"; without ballast its centre of mass lies {1e3 * float(np.linalg.norm(off)):.0f} mm off the"
-        " simulated one",
+        "plain rods": f"{materials.rod.material} and two printed caps each{worn}, and the head's tag",
+        "servo rod": f"rod, caps{worn}, servo, mount, drum and counterweight; its centre of mass lies"
+        f" {1e3 * float(np.linalg.norm(off)):.1f} mm off the simulated one",
         "passive cables": "massless in the simulation",
         "internal cables": "massless in the simulation",
         "links": "massless in the simulation",
@@ -88,7 +80,7 @@ def mass_balance(morphology: Morphology, materials: Materials, feet: tuple[Foot,
         for g in GROUPS[:-1]
     )
     excess = sum(line.built - line.simulated for line in lines)
-    return MassBalance(lines=lines, ballast=ballast, excess=excess if excess > 1e-9 else 0.0)
+    return MassBalance(lines=lines, ballast=ballast, excess=excess)
 
 
 def _mass(listed: tuple[Part, ...], group: str) -> float:

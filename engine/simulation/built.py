@@ -52,8 +52,9 @@ class Built:
     """Largest tension of an internal cable in N; 0 for none."""
     line_errors: tuple[float, ...] = ()
     """How much longer than commanded each internal cable is, five for each module; 0 for those not named."""
-    winding: Literal["published", "even"] = "published"
-    """How a servo winds its cables up: as the published table says, or evenly, as a drum does."""
+    winding: Literal["published", "even", "cams"] = "published"
+    """How a servo winds its cables up: as the published table says, evenly, as a round drum does, or as the
+    drum with cams that comes near to the table."""
     travel: float = 180.0
     """By how much a servo turns from command 0 to command 180."""
     servo_rate: float = 0.0
@@ -133,16 +134,16 @@ class Built:
 
     def target_lengths(self) -> np.ndarray:
         """Return the (181, 5) lengths of the internal cables in m at commands 0, 1, ... 180 degrees."""
-        published = servo.TARGET_LENGTHS
-        if self.winding == "published" and self.travel == 180.0:
-            return published
-        turned = np.arange(len(published)) * (self.travel / 180.0)
+        table = servo.DRUM_LENGTHS if self.winding == "cams" else servo.TARGET_LENGTHS
+        if self.winding != "even" and self.travel == 180.0:
+            return table
+        turned = np.arange(len(table)) * (self.travel / 180.0)
         if self.winding == "even":
-            return published[0] - turned[:, None] * ((published[0] - published[-1]) / 180.0)
+            return table[0] - turned[:, None] * ((table[0] - table[-1]) / 180.0)
         # beyond its end the table goes on as its last degree does
-        below = np.minimum(turned.astype(int), len(published) - 2)
+        below = np.minimum(turned.astype(int), len(table) - 2)
         part = (turned - below)[:, None]
-        return published[below] + part * (published[below + 1] - published[below])
+        return table[below] + part * (table[below + 1] - table[below])
 
 
 PUBLISHED: Final = Built()
@@ -169,6 +170,8 @@ class Spread:
     """In m."""
     line_stiffness: float = 0.0
     """Of all internal cables together: the elastic."""
+    line_limit: float = 0.0
+    """Of the largest tension of all internal cables together: what gives way."""
     line_errors: float = 0.0
     """Of each internal cable, in m."""
     travel: float = 0.0
@@ -245,6 +248,9 @@ def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, f
     rate = built.servo_rate * by.factor(spread.servo_rate)
     delay = built.sensing_delay + spread.sensing_delay * by.next(1)[0]
     senses = by.factor(spread.sensing_noise)
+    friction = by.factor(spread.friction)
+    feet = by.factor(spread.feet_forward), by.factor(spread.feet_backward)
+    limit = built.line_limit * by.factor(spread.line_limit)
     changed = dataclasses.replace(
         built,
         plain_rod_mass=built.plain_rod_mass * plain,
@@ -253,6 +259,7 @@ def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, f
         module_stiffness=_unless_all(1.0, [f * built.module_factor(m) for m, f in enumerate(modules)]),
         rest_length=float(rest),
         line_stiffness=built.line_stiffness * elastic,
+        line_limit=limit,
         line_errors=_unless_all(0.0, errors),
         travel=float(travel),
         servo_rate=rate,
@@ -260,8 +267,7 @@ def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, f
         position_noise=built.position_noise * senses,
         heading_noise=built.heading_noise * senses,
     )
-    friction = by.factor(spread.friction)
-    return changed, friction, (by.factor(spread.feet_forward), by.factor(spread.feet_backward))
+    return changed, friction, feet
 
 
 def _unless_all(usual: float, numbers: Sequence[float] | np.ndarray) -> tuple[float, ...]:

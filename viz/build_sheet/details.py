@@ -6,6 +6,7 @@ from reportlab.lib.colors import Color
 
 from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.materials import CAP_TIP, Materials, ServoMotor
+from engine.fabrication.parts import drum as d
 from engine.fabrication.parts import servo_parts as sp
 from engine.fabrication.parts import shapes as p
 from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS
@@ -52,7 +53,8 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     below = y - scale * crown - 16
     pen.dimension((at(-tail, 0)[0], below), (x, below), f"{tail:.1f} mm", ticks=(y - scale * sleeve,) * 2)
     pen.text(x + 2, below - 14, "node", align="centre", color=style.LINK, bold=True)
-    where = at(-tail - bare, 0)[0]
+    # a short cap is drawn near the right edge
+    where = min(at(-tail - bare, 0)[0], pen.width - 146)
     pen.text(where, y + scale * crown + 22, "ring" if printed else "knot", color=style.CABLE, bold=True)
     pen.line((where + 12, y + scale * crown + 20), at(-tail - 0.6, sp.ROD_DIAMETER / 2 + 1), width=0.4)
     pen.text(where + 44, y + scale * crown + 22, "cable", color=style.CABLE, bold=True)
@@ -66,25 +68,27 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
 
 def draw_drum(pen: Pen, motor: ServoMotor) -> None:
     """Draw the drum from the side, on its servo, with the node that each groove's line goes to."""
-    radii, order = sorted(sp.groove_radii(motor), reverse=True), sp.drum_order(motor)
-    height = len(radii) * (sp.FLANGE + sp.GROOVE) + sp.FLANGE
-    scale = min((pen.height - 50) / height, (pen.width - 86) / (2 * (radii[0] + sp.FLANGE_RISE)))
-    cx, z0 = 10 + scale * (radii[0] + sp.FLANGE_RISE), 34.0
+    shapes, rims = d.outlines(motor.travel), d.flanges(motor.travel)
+    low, high = (pick(rim.bounds[k] for rim in rims) for pick, k in ((min, 0), (max, 2)))
+    scale = min((pen.height - 54) / d.DRUM_TALL, (pen.width - 96) / (high - low))
+    x0, z0 = 10 - scale * low, 34.0
 
-    def disc(z: float, thick: float, radius: float) -> None:
-        pen.box(cx - scale * radius, z0 + scale * z, 2 * scale * radius, scale * thick, fill=CAP, line=0.5)
+    def disc(z: float, thick: float, bounds: tuple[float, float, float, float]) -> None:
+        wide = scale * (bounds[2] - bounds[0])
+        pen.box(x0 + scale * bounds[0], z0 + scale * z, wide, scale * thick, fill=CAP, line=0.5)
 
-    pen.box(cx - 34, 2, 68, z0 - 2, fill=style.BAND)
-    pen.text(cx, 14, "servo", align="centre", color=style.SOFT)
-    z = 0.0
-    disc(z, sp.FLANGE, radii[0] + sp.FLANGE_RISE)
-    for k, r in enumerate(radii):
-        z += sp.FLANGE
-        disc(z, sp.GROOVE, r)
-        right = cx + scale * (radii[0] + sp.FLANGE_RISE) + 8
-        y = z0 + scale * (z + sp.GROOVE / 2)
-        pen.line((cx + scale * r, y), (right, y), color=style.SERVO_CABLE, width=1.2)
-        pen.text(right + 3, y - 2.8, f"node {order[k]}", bold=True, color=style.SERVO_CABLE)
-        z += sp.GROOVE
-        disc(z, sp.FLANGE, r + sp.FLANGE_RISE)
-    pen.text(cx, z0 + scale * height + 5, "guide's side", align="centre", color=style.SOFT)
+    pen.box(x0 - 34, 2, 68, z0 - 2, fill=style.BAND)
+    pen.text(x0, 14, "servo", align="centre", color=style.SOFT)
+    right = x0 + scale * high + 8
+    for k, rim in enumerate(rims):
+        z = k * (d.FLANGE + d.GROOVE)
+        if k < len(shapes):
+            cam = shapes[k][0].bounds
+            disc(z + d.FLANGE, d.GROOVE, cam)
+            y = z0 + scale * (z + d.FLANGE + d.GROOVE / 2)
+            pen.line((x0 + scale * cam[2], y), (right, y), color=style.SERVO_CABLE, width=1.2)
+            text = f"node {d.drum_order()[k]}"
+            pen.text(right + 3, y - 2.8, text, bold=True, color=style.SERVO_CABLE)
+        disc(z, d.FLANGE, rim.bounds)
+        pen.text(x0, z0 + scale * (z + d.FLANGE / 2) - 2.4, str(k + 1), align="centre", size=7)
+    pen.text(x0, z0 + scale * d.DRUM_TALL + 5, "ball's side", align="centre", color=style.SOFT)

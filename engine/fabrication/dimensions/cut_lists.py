@@ -59,7 +59,8 @@ class Rod:
         nodes: its two ends.
         kind: whether it carries the servo.
         length: from node to node, in m (simulated).
-        cut: length to cut, in m: less, because the caps' solid tips reach the nodes.
+        cut: length to cut, in m: less, because the caps' solid tips reach the nodes. A servo rod is cut
+            again, into two pieces with the servo's mount between them (``parts.servo_parts.half_rods``).
         diameter: in m (simulated).
         simulated_mass: in kg, with servo and arm on the servo rod.
         cut_mass: of the bare piece of stock, in kg (from the assumed density).

@@ -135,11 +135,11 @@ def _simulated(level: int, command: int | None, off: float, built: Built) -> Mod
         cables=np.array(cables),
         servo_cables=np.array(internal),
         servo_tensions=-data.actuator_force.copy(),
-        nodes=_nodes(model, data),
+        nodes=nodes_of(model, data),
     )
 
 
-def _nodes(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+def nodes_of(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """Return the (12, 3) nodes, turned to fit the built ones as well as possible."""
     points = []
     for n, node in enumerate(t.NODES):

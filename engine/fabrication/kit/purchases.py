@@ -16,6 +16,7 @@ from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cut_lists import stock_plan
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.printed_parts import PrintedPart, printed_parts
+from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length
 
 AS_OF: Final = "2026-11"
 """Year and month of the prices."""
@@ -70,7 +71,16 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             2.0,
             5.0,
         ),
-        Purchase(materials.servo.model, f"{n}, one spare", "SG90 or MG90S", n + 1, 2.0, 6.0),
+        Purchase(materials.servo.model, f"{n}, one spare", "case of 20 × 8.6 mm, 5 g", n + 1, 5.0, 25.0),
+        Purchase(
+            f"round steel, Ø {2 * BALLAST_RADIUS:.0f} mm",
+            f"{n} of {ballast_length(materials):.1f} mm",
+            "bar of 1 m, or a dowel pin",
+            1,
+            3.0,
+            8.0,
+            once=True,
+        ),
     ]
     printed = printed_parts(morphology, materials)
     rigid = sum(p.quantity * p.mass for p in printed if not p.flexible)

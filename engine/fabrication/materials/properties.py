@@ -124,15 +124,13 @@ class Plastic:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class ServoMotor:
-    """``[servo]``: the bought servomotor, with the dimensions that its mount needs.
+    """``[servo]``: the bought servomotor, with the dimensions that its mount needs; its ears are cut off.
 
     Attributes:
         model: its name.
         mass: with horn screw and 25 cm of cable, in kg.
         body_length, body_width, body_height: of the case without ears and shaft, in m.
-        ear_length: over both mounting ears, in m.
         ear_height: from the case's bottom to the ears' underside, in m.
-        screw_spacing: between the mounting screws, in m.
         shaft_offset: from the middle of the case to the shaft, along its length, in m.
         shaft_diameter: over the splines, in m.
         shaft_height: from the ears' underside to the shaft's end, in m.
@@ -148,9 +146,7 @@ class ServoMotor:
     body_length: float = number("mm")
     body_width: float = number("mm")
     body_height: float = number("mm")
-    ear_length: float = number("mm")
     ear_height: float = number("mm")
-    screw_spacing: float = number("mm")
     shaft_offset: float = number("mm", zero=True)
     shaft_diameter: float = number("mm")
     shaft_height: float = number("mm")

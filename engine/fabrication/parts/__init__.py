@@ -6,7 +6,10 @@ in the room above. Read in this order:
 - ``solids``: boxes, bars and cylinders to build parts from, and the measure of thin walls.
 - ``mesh_files``: solids as STL and 3MF.
 - ``net``: the 24 cables of a module unfolded into one flat net.
-- ``servo_parts``: the servo's mount, its drum and the guide of its lines.
+- ``cams``: outlines that wind the internal cables nearly as the published table says.
+- ``drum``: the servo's drum, made of such cams.
+- ``servo_parts``: the servo's mount, the guide of its lines and the counterweight.
+- ``head_tag``: what carries the tag by which a camera sees the head.
 - ``shapes``: the solids of nets, caps, links and the coupon.
 - ``foot``: a foot that grips one way, and the sled of its friction test.
 - ``net_files``: the net as a drawing at 1:1, DXF and SVG.

@@ -17,8 +17,8 @@ from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
+from engine.fabrication.parts import drum, shapes, solids
 from engine.fabrication.parts import servo_parts as sp
-from engine.fabrication.parts import shapes, solids
 from engine.fabrication.parts.foot import foot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
@@ -30,6 +30,7 @@ _COLOURS: Final = {
     "servo": (40, 80, 160, 255),
     "mount": (230, 120, 40, 255),
     "drum": (240, 200, 60, 255),
+    "ballast": (150, 155, 160, 255),
     "line": (200, 60, 60, 255),
     "link": (110, 190, 110, 255),
     "foot": (235, 90, 160, 255),
@@ -51,11 +52,13 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
     scene.shape(
         "rod", solids.cylinder(1e3 * t.ROD_RADIUS, 1e3 * CAP_TIP, length - 1e3 * CAP_TIP, segments=16)
     )
+    scene.shape("rod", _halves(materials), name="servo_rod")
     scene.shape("cable", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     scene.shape("line", Manifold.cylinder(1.0, 1.0, 1.0, 6))
-    scene.shape("mount", sp.servo_mount(materials.servo, materials.printer))
+    scene.shape("mount", sp.servo_mount(materials))
     scene.shape("servo", sp.servo_body(materials.servo))
-    scene.shape("drum", sp.drum_in_place(materials.servo))
+    scene.shape("drum", drum.drum_in_place(materials.servo))
+    scene.shape("ballast", sp.ballast(materials))
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
@@ -71,7 +74,8 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
         for r, (a, b) in enumerate(t.RODS):
             axis = points[b] - points[a]
             towards = centre - points[[a, b]].mean(axis=0)
-            scene.add("rod", f"{m}_rod{r}", solids.frame_along(axis), points[a])
+            kind = "servo_rod" if r == t.SERVO_ROD else "rod"
+            scene.add(kind, f"{m}_rod{r}", solids.frame_along(axis), points[a])
             for node, sign in ((a, -1.0), (b, 1.0)):
                 frame = solids.frame_along(sign * axis, towards)
                 scene.add(f"cap_{designs[i].level}", f"{m}_cap_{node}", frame, points[node])
@@ -83,7 +87,7 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
             scene.add_bar("cable", f"{m}_cable_{a}_{b}", points[a], points[b], width)
         a, b = t.RODS[t.SERVO_ROD]
         middle = points[[a, b]].mean(axis=0)
-        for name in ("mount", "servo", "drum"):
+        for name in ("mount", "servo", "drum", "ballast"):
             scene.add(name, f"{m}_{name}", rotation, middle)
         guide = middle + rotation @ sp.guide_point()
         for node in t.SERVO_NODES:
@@ -98,6 +102,16 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
     return scene.glb()
 
 
+def _halves(materials: Materials) -> Manifold:
+    """Return both pieces of the servo rod along z, its first node at 0."""
+    left, right = (1e3 * length for length in sp.half_rods(materials))
+    low, high = 1e3 * CAP_TIP, 1e3 * (t.ROD_LENGTH - CAP_TIP)
+    radius = 1e3 * t.ROD_RADIUS
+    return solids.cylinder(radius, low, low + left, segments=16) + solids.cylinder(
+        radius, high - right, high, segments=16
+    )
+
+
 @functools.lru_cache(maxsize=64)
 def servo_clearance(level: int, materials: Materials) -> float:
     """Return the least gap in mm between a servo with mount and drum and the module's other rods.
@@ -105,10 +119,10 @@ def servo_clearance(level: int, materials: Materials) -> float:
     Checked with the servo off, and from released to fully contracted in four steps, in a floating module;
     negative if they would touch.
     """
-    body = sp.servo_body(materials.servo) + sp.drum_in_place(materials.servo)
-    body = body + sp.servo_mount(materials.servo, materials.printer)
+    still = sp.servo_body(materials.servo) + sp.servo_mount(materials) + sp.ballast(materials)
     gap = 50.0
     for command in (None, 0, 60, 120, CONTRACTED):
+        body = still + drum.drum_in_place(materials.servo, command or 0.0)
         nodes = 1e3 * floating_module(level, command).nodes
         rotation, middle = _servo_frame(nodes)
         for r, (a, b) in enumerate(t.RODS):

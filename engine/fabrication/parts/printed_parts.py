@@ -15,9 +15,11 @@ from engine.fabrication.dimensions.feet import TEST_FEET, TEST_LEAN, Foot, foot_
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import solids
+from engine.fabrication.parts.drum import drum_discs
 from engine.fabrication.parts.foot import foot, sled
+from engine.fabrication.parts.head_tag import tag_clip, tag_plate
 from engine.fabrication.parts.net import module_net
-from engine.fabrication.parts.servo_parts import laid, mount_blank, servo_drum, servo_mount
+from engine.fabrication.parts.servo_parts import ballast_length, laid, mount_blank, servo_mount
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 
 FLEXIBLE_DENSITY: Final = 1190.0
@@ -113,6 +115,8 @@ def printed_parts(
                 materials,
                 f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
                 "on its sleeve's end, crown up, with a brim, no support",
+                # a slanting hole leaves a sharp rim, which is no thin wall
+                walls=cap(design, materials.printer, line=False),
             )
         )
     result += [
@@ -120,24 +124,32 @@ def printed_parts(
             "servo_mount",
             n,
             everywhere,
-            laid(servo_mount(materials.servo, materials.printer)),
+            laid(servo_mount(materials)),
             materials,
-            "on the middle of each servo rod; holds the servo and guides its five lines",
-            "on its plate, the ball up; support below tube and ball; drill the ball's holes free",
+            "between the halves of each servo rod; holds servo and counterweight and guides the five lines",
+            "the ball up, with support; drill the holes of arm and ball free, 1 mm",
             # where a slanting hole leaves a ball its rim is sharp, which is no thin wall
-            walls=laid(mount_blank(materials.servo, materials.printer)),
+            walls=laid(mount_blank(materials.servo, materials.printer, ballast_length(materials))),
         ),
-        _part(
-            "servo_drum",
-            n,
-            everywhere,
-            servo_drum(materials.servo),
-            materials,
-            "five grooves that wind the internal cables while it turns counter-clockwise, seen from the"
-            " shaft's end",
-            "wide end down; no support, but clear the grooves with a blade until a line slides freely",
+        *(
+            _part(
+                f"servo_drum_{k}",
+                n,
+                everywhere,
+                disc,
+                materials,
+                "a disc of the drum, the lowest is 1; five cams wind the internal cables while it turns"
+                " counter-clockwise, seen from the shaft's end",
+                "peg up, no support",
+            )
+            for k, disc in enumerate(drum_discs(materials.servo), start=1)
         ),
     ]
+    for name, solid, note, how in (
+        ("tag_clip", tag_clip(materials.printer), "on a rod of the head, for the tag's wire", "on its end"),
+        ("tag_plate", tag_plate(), "above the head point, for the tag that a camera sees", "boss up"),
+    ):
+        result.append(_part(name, 1, everywhere, solid, materials, note, f"{how}, no support"))
     if n > 1:
         result.append(
             _part(

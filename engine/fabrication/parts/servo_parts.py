@@ -1,10 +1,15 @@
-"""The servo's printed parts: its mount on the middle of the servo rod, and the drum that is its arm.
+"""The servo's mount: it divides the servo rod, holds the servo in the gap and a counterweight beside it.
 
-Shapes in mm. The rod's frame has its origin in the rod's middle, x to the module's centre, y along it.
+The published rod has its centre of mass 2.7 mm off its middle. A servo does not fit into that middle: rods,
+cables and lines of a contracted module pass through it. So the servo is small, it lies in the only room
+that is left, and a piece of steel on the other side of the middle balances it. Shapes in mm. The rod's
+frame has its origin in the rod's middle, x to the module's centre, y along it.
 """
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import Final
 
 import numpy as np
@@ -12,31 +17,34 @@ from manifold3d import Manifold
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication.dimensions.floating_module import CONTRACTED, floating_module
-from engine.fabrication.materials import Materials, Printer, ServoMotor
-from engine.fabrication.parts import solids
-from engine.simulation.built import Built
+from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.materials import CAP_TIP, Materials, Printer, ServoMotor
+from engine.fabrication.parts import drum, solids
 
 ROD_DIAMETER: Final = 2e3 * t.ROD_RADIUS
 """In mm (simulated)."""
-FLANGE: Final = 0.8
-"""Thickness of the flanges of the servo's drum, in mm."""
-GROOVE: Final = 1.0
-"""Width of the drum's grooves, in mm."""
-FLANGE_RISE: Final = 2.4
-"""Height of the drum's flanges over its grooves, in mm."""
-SERVO_AXIS: Final = (-13.0, -10.5)
-"""Where the servo's shaft lies: along the rod and to its side, in mm from the rod's middle. Of the four
-quarters round the guide, rods and lines keep out of this one when the module contracts.
-"""
-DRUM_HEIGHT: Final = 7.0
-"""Lower face of the drum above the rod's axis, towards the module's centre, in mm."""
-CLAMP: Final = (-12.0, 8.0)
-"""Ends of the part of the rod that the mount holds, in mm from its middle."""
-PLATE: Final = 4.0
-"""Thickness of the mount's plate, in mm."""
+CRADLE: Final = (-4.0, 2.0)
+"""Ends of the cradle round three sides of the servo's case, from outside to inside."""
+RIM: Final = 2.5
+"""Thickness of its walls. The fourth side is open: a cable passes there when the module contracts."""
+SOCKET: Final = 3.2
+"""How deep each half of the rod goes into the mount, up to the servo."""
+TUBE: Final = 1.0
+"""Thickness of the sockets' walls."""
+ARM: Final = 2.4
+"""Radius of the arm that carries the ball."""
+ARM_BORE: Final = 1.2
+"""Radius of its bore, through which the lines go to the ball."""
 LINE_HOLE: Final = 1.2
-"""Diameter of the holes by which the lines leave the guide, in mm."""
+"""Diameter of the fairleads, and of the holes by which the lines leave the ball."""
+BALLAST_AT: Final = (8.5, 5.0, 0.5)
+"""Where the counterweight begins; from there it goes along the rod, towards node 1."""
+BALLAST_RADIUS: Final = 6.0
+"""Of the counterweight, a piece of round steel."""
+STEEL: Final = 7850.0
+"""Density of the counterweight, in kg/m3."""
+CAPS: Final = 0.0006
+"""Typical mass of both caps of a rod, in kg: the counterweight's place is the same for all modules."""
 
 
 def elastic_length() -> float:
@@ -47,92 +55,104 @@ def elastic_length() -> float:
     return float(min(servo.TARGET_LENGTHS[-1])) - 0.001
 
 
-def groove_radii(motor: ServoMotor) -> np.ndarray:
-    """Return (5,) radii in mm that wind each internal cable's whole stroke, as ``SERVO_NODES``."""
-    stroke = 1e3 * (servo.TARGET_LENGTHS[0] - servo.TARGET_LENGTHS[-1])
-    return stroke / np.radians(motor.travel)
+def body_centre(motor: ServoMotor) -> tuple[float, float]:
+    """Return where the servo's case lies: (y, z) of its middle, in mm."""
+    return drum.SERVO_AXIS[0] + 1e3 * motor.shaft_offset, drum.SERVO_AXIS[1]
 
 
-def required_torque(motor: ServoMotor) -> float:
-    """Return the torque in N m on the drum when it holds the stiffest module contracted."""
-    return float(1e-3 * groove_radii(motor) @ line_tensions(t.N_STIFFNESS_LEVELS))
+def case_span(motor: ServoMotor) -> tuple[float, float]:
+    """Return the ends of the servo's case along x, in mm; the drum just clears it."""
+    top = drum.DRUM_HEIGHT - 0.5
+    return top - 1e3 * motor.body_height, top
 
 
-def line_tensions(level: int) -> np.ndarray:
-    """Return (5,) tensions in N of the internal cables of a contracted module, as ``SERVO_NODES``.
-
-    Lines have no limit, which the simulated servo has.
-    """
-    return floating_module(level, CONTRACTED, built=Built(line_limit=0.0)).servo_tensions
-
-
-def drum_errors(motor: ServoMotor) -> np.ndarray:
-    """Return (5,) largest differences in mm between the drum's winding and the simulated servo table."""
-    angle = np.linspace(0.0, np.radians(motor.travel), len(servo.TARGET_LENGTHS))[:, None]
-    wound = 1e3 * servo.TARGET_LENGTHS[0] - angle * groove_radii(motor)
-    return np.abs(wound - 1e3 * servo.TARGET_LENGTHS).max(axis=0)
-
-
-def drum_order(motor: ServoMotor) -> tuple[int, ...]:
-    """Return the internal cables' nodes from the drum's lower groove to its upper one: wide ones below."""
-    radii = groove_radii(motor)
-    return tuple(t.SERVO_NODES[k] for k in np.argsort(-radii))
-
-
-def servo_drum(motor: ServoMotor) -> Manifold:
-    """Return the servo's drum along z, the servo below it."""
-    radii = np.sort(groove_radii(motor))[::-1]
-    z = 0.0
-    body = solids.cylinder(radii[0] + FLANGE_RISE, z, z + FLANGE)
-    holes = []
-    for k, r in enumerate(radii):
-        z += FLANGE
-        body = body + solids.cylinder(r, z - 0.1, z + GROOVE)
-        z += GROOVE
-        body = body + solids.cylinder(r + FLANGE_RISE, z - 0.01, z + FLANGE)
-        # the line is knotted through its flange; holes stand apart so that knots do not meet
-        hole = solids.cylinder(0.4, z - 0.02, z + FLANGE + 0.01, segments=16)
-        holes.append(hole.translate((r + FLANGE_RISE / 2, 0.0, 0.0)).rotate((0.0, 0.0, 72.0 * k)))
-    bore = solids.cylinder(500 * motor.shaft_diameter + 0.05, -1.0, z + FLANGE + 1.0)
-    for hole in holes:
-        body = body - hole
-    return body - bore
-
-
-def mount_blank(motor: ServoMotor, printer: Printer) -> Manifold:
-    """Return the mount before the guide's ball is drilled."""
-    bore = (ROD_DIAMETER + 1e3 * printer.clearance) / 2
-    gap = 1e3 * printer.clearance
+def servo_body(motor: ServoMotor) -> Manifold:
+    """Return the bought servo, its ears cut off, in the rod's frame; for viewing and for clearances."""
     y0, z0 = body_centre(motor)
-    ears = ear_plane(motor)
-    low, high = ears - PLATE, ears
-    half_length, half_width = 500 * motor.body_length + gap, 500 * motor.body_width + gap
-    rim = max(1e3 * printer.min_wall, 0.8)
-    outer = 500 * motor.ear_length + 1.0
-    plate = solids.box((low, y0 - outer, z0 - half_width - rim), (high, y0 + outer, z0 + half_width + rim))
-    window = solids.box(
-        (low - 1, y0 - half_length, z0 - half_width), (high + 1, y0 + half_length, z0 + half_width)
-    )
-    plate = plate - window
-    for side in (-1, 1):
-        y = y0 + side * 500 * motor.screw_spacing
-        plate = plate - solids.bar((low - 1, y, z0), (high + 1, y, z0), 0.8)
-    web = solids.box((low, CLAMP[0], z0 + half_width), (high, CLAMP[1], 0.0))
-    tube = solids.bar((0, CLAMP[0], 0), (0, CLAMP[1], 0), bore + 1.6, segments=solids.SEGMENTS)
+    low, high = case_span(motor)
+    half = (500 * motor.body_length, 500 * motor.body_width)
+    case = solids.box((low, y0 - half[0], z0 - half[1]), (high, y0 + half[0], z0 + half[1]))
+    y, z = drum.SERVO_AXIS
+    end = drum.DRUM_HEIGHT + drum.shaft_depth(motor)
+    shaft = solids.bar((high - 1.0, y, z), (end, y, z), 500 * motor.shaft_diameter - 0.05)
+    return case + shaft
+
+
+def rod_gap(motor: ServoMotor, printer: Printer) -> tuple[float, float]:
+    """Return where the halves of the servo rod end beside the servo: y of both ends, in mm."""
+    y0, _ = body_centre(motor)
+    half = 500 * motor.body_length + 500 * printer.clearance
+    return y0 - half, y0 + half
+
+
+def mount_blank(motor: ServoMotor, printer: Printer, ballast: float) -> Manifold:
+    """Return the mount before anything is drilled for the lines.
+
+    Args:
+        motor: the servo that it holds.
+        printer: its clearance.
+        ballast: length of the counterweight, in mm.
+    """
+    gap = 500 * printer.clearance
+    bore = ROD_DIAMETER / 2 + gap
+    _, z0 = body_centre(motor)
+    half_width = 500 * motor.body_width + gap
+    low, high = CRADLE
+    left, right = rod_gap(motor, printer)
+    cradle = solids.box((low, left - RIM, z0 - half_width), (high, right + RIM, z0 + half_width + RIM))
+    window = solids.box((low - 30, left, z0 - half_width - 9), (high + 30, right, z0 + half_width))
+    x, y, z = BALLAST_AT
+    cup_end = y + ballast
+    tube_end = max(right + SOCKET, y + 4.0)
+    thick = bore + TUBE
+    tubes = solids.bar((0, left - SOCKET, 0), (0, left, 0), thick, segments=solids.SEGMENTS)
+    tubes = tubes + solids.bar((0, right, 0), (0, tube_end, 0), thick, segments=solids.SEGMENTS)
+    cup = BALLAST_RADIUS + gap
+    holder = solids.bar((x, y - 1.0, z), (x, cup_end, z), cup + 0.8, segments=solids.SEGMENTS)
+    web = solids.box((0.0, y - 1.0, -1.6), (x, tube_end, 1.6))
     point = guide_point()
-    arm = solids.bar((0, 0, 0), (point[0] - 2.0, 0, 0), 1.6, segments=32)
+    arm = solids.bar((0, 0, 0), (point[0], 0, 0), ARM, segments=32)
     ball = Manifold.sphere(1e3 * t.ACTUATOR_RADIUS, 32).translate((point[0], point[1], point[2]))
-    body = plate + web + tube + arm + ball
-    return body - solids.bar((0, -50, 0), (0, 50, 0), bore, segments=solids.SEGMENTS)
+    body = cradle + tubes + holder + web + arm + ball
+    body = body - window
+    body = body - solids.bar((x, y, z), (x, cup_end + 1.0, z), cup, segments=solids.SEGMENTS)
+    body = body - solids.bar((0, left - 50, 0), (0, left, 0), bore, segments=solids.SEGMENTS)
+    return body - solids.bar((0, right, 0), (0, right + 50, 0), bore, segments=solids.SEGMENTS)
 
 
-def servo_mount(motor: ServoMotor, printer: Printer) -> Manifold:
+@functools.lru_cache(maxsize=16)
+def servo_mount(materials: Materials) -> Manifold:
     """Return the servo's mount in the rod's frame: x to the module's centre, y along the rod."""
-    body, point = mount_blank(motor, printer), guide_point()
+    motor = materials.servo
+    body, point = mount_blank(motor, materials.printer, ballast_length(materials)), guide_point()
     for node in t.SERVO_NODES:
         body = body - solids.bar(point, point + 10 * guide_direction(node), LINE_HOLE / 2)
-    body = body - Manifold.sphere(1.2, 16).translate((point[0], point[1], point[2]))
-    return body - solids.bar(point, point + 8 * line_entry(motor), 1.2)
+    for height, ends in zip(drum.groove_heights(), line_ways(motor), strict=True):
+        inside = (drum.DRUM_HEIGHT + height, 0.0, 0.0)
+        for y, z in ends:
+            body = body - solids.bar(inside, (inside[0], y, z), LINE_HOLE / 2)
+    body = body - Manifold.sphere(ARM_BORE, 16).translate((point[0], point[1], point[2]))
+    first = drum.DRUM_HEIGHT + float(drum.groove_heights().min())
+    return body - solids.bar((first - 0.6, 0, 0), point, ARM_BORE, segments=24)
+
+
+def line_ways(motor: ServoMotor) -> list[list[np.ndarray]]:
+    """Return for each internal cable two points (y, z) beyond the arm, where its line comes from.
+
+    The line comes from where it leaves the drum, which moves as the drum turns.
+    """
+    towards = np.subtract(drum.FAIRLEAD, drum.SERVO_AXIS)
+    distance, angle = float(np.hypot(*towards)), math.atan2(towards[1], towards[0])
+    found = []
+    for h in drum.arms(motor).T:
+        ways = []
+        for arm in (h.min(), h.max()):
+            normal = angle + math.acos(arm / distance)
+            leaves = np.add(drum.SERVO_AXIS, arm * np.array([math.cos(normal), math.sin(normal)]))
+            back = leaves - drum.FAIRLEAD
+            ways.append(np.add(drum.FAIRLEAD, 3.0 * back / np.hypot(*back)))
+        found.append(ways)
+    return found
 
 
 def guide_point() -> np.ndarray:
@@ -148,64 +168,78 @@ def guide_direction(node: int) -> np.ndarray:
     return towards / np.linalg.norm(towards)
 
 
-def line_entry(motor: ServoMotor) -> np.ndarray:
-    """Return the direction from the guide to where the lines come off the drum's middle groove."""
-    y, z = SERVO_AXIS
-    distance = np.hypot(y, z)
-    turn = np.arctan2(z, y) - np.arcsin(np.median(groove_radii(motor)) / distance)
-    middle = DRUM_HEIGHT + 2.5 * (FLANGE + GROOVE)
-    towards = np.array([middle - guide_point()[0], distance * np.cos(turn), distance * np.sin(turn)])
-    return towards / np.linalg.norm(towards)
+def half_rods(materials: Materials) -> tuple[float, float]:
+    """Return the lengths in m of the two pieces of the servo rod, at node 0 and at node 1.
 
-
-def body_centre(motor: ServoMotor) -> tuple[float, float]:
-    """Return where the servo's case lies beside the rod: (y, z) of its middle, in mm."""
-    return SERVO_AXIS[0] - 1e3 * motor.shaft_offset, SERVO_AXIS[1]
-
-
-def ear_plane(motor: ServoMotor) -> float:
-    """Return x of the ears' underside in mm: the drum just clears the case, the shaft reaches into it."""
-    return DRUM_HEIGHT - 0.5 - 1e3 * (motor.body_height - motor.ear_height)
-
-
-def servo_body(motor: ServoMotor) -> Manifold:
-    """Return the bought servo as boxes, in the rod's frame, in mm; for viewing and for clearances."""
-    y0, z0 = body_centre(motor)
-    ears = ear_plane(motor)
-    bottom = ears - 1e3 * motor.ear_height
-    half = (500 * motor.body_length, 500 * motor.body_width)
-    case = solids.box(
-        (bottom, y0 - half[0], z0 - half[1]), (bottom + 1e3 * motor.body_height, y0 + half[0], z0 + half[1])
-    )
-    lugs = solids.box(
-        (ears, y0 - 500 * motor.ear_length, z0 - half[1]),
-        (ears + 2.5, y0 + 500 * motor.ear_length, z0 + half[1]),
-    )
-    y, z = SERVO_AXIS
-    shaft = solids.bar(
-        (ears, y, z), (ears + 1e3 * motor.shaft_height, y, z), 500 * motor.shaft_diameter - 0.05
-    )
-    return case + lugs + shaft
-
-
-def drum_in_place(motor: ServoMotor) -> Manifold:
-    """Return the drum on its servo, in the rod's frame, in mm."""
-    y, z = SERVO_AXIS
-    turned = solids.frame_along(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-    return solids.placed(servo_drum(motor), turned, np.array([DRUM_HEIGHT, y, z]))
-
-
-def servo_rod_centre_of_mass(materials: Materials, rod_mass: float) -> np.ndarray:
-    """Return (3,) of a servo rod with servo, mount and drum, without ballast, in m, in the rod's frame.
-
-    The simulation has it at ``module.SERVO_ROD_CENTRE_OF_MASS``. ``rod_mass`` is of the rod with its
-    caps, in kg; the servo counts as evenly filled.
+    Each reaches from the mount to where its cap's tip begins.
     """
+    left, right = rod_gap(materials.servo, materials.printer)
+    end = t.ROD_LENGTH / 2 - CAP_TIP
+    return end + 1e-3 * left, end - 1e-3 * right
+
+
+def _hardware(materials: Materials) -> list[tuple[float, np.ndarray]]:
+    """Return masses in kg and centres in mm of servo, drum and halves of the rod."""
     motor, density = materials.servo, 1e-9 * materials.plastic.density
-    mount, drum, body = servo_mount(motor, materials.printer), drum_in_place(motor), servo_body(motor)
-    masses = np.array([motor.mass, density * mount.volume(), density * drum.volume(), rod_mass])
-    centres = np.array([*(solids.centroid(s) for s in (body, mount, drum)), np.zeros(3)])
-    return 1e-3 * masses @ centres / masses.sum()
+    wound = drum.drum_in_place(motor)
+    left, right = half_rods(materials)
+    end = 500 * t.ROD_LENGTH
+    area = math.pi * (t.ROD_RADIUS**2 - ((materials.rod.bore or 0.0) / 2) ** 2)
+    return [
+        (motor.mass, solids.centroid(servo_body(motor))),
+        (density * wound.volume(), solids.centroid(wound)),
+        (materials.rod.density * area * left, np.array([0.0, -end + 500 * left, 0.0])),
+        (materials.rod.density * area * right, np.array([0.0, end - 500 * right, 0.0])),
+    ]
+
+
+@functools.lru_cache(maxsize=16)
+def ballast_length(materials: Materials) -> float:
+    """Return the length in mm of the counterweight: what a servo rod lacks to its simulated mass.
+
+    The mass of the mount, which holds the counterweight, hardly depends on that length.
+    """
+    density = 1e-9 * materials.plastic.density
+    bare = sum(mass for mass, _ in _hardware(materials)) + CAPS
+    bare += sum(f.per_module * f.mass for f in materials.fasteners)
+    bare += density * mount_blank(materials.servo, materials.printer, 15.0).volume()
+    each = STEEL * math.pi * (1e-3 * BALLAST_RADIUS) ** 2
+    return float(np.clip(1e3 * (t.SERVO_ROD_MASS - bare) / each, 1.0, 18.0))
+
+
+def ballast_mass(materials: Materials) -> float:
+    """Return the mass of the counterweight, in kg."""
+    return STEEL * math.pi * (1e-3 * BALLAST_RADIUS) ** 2 * 1e-3 * ballast_length(materials)
+
+
+def ballast(materials: Materials) -> Manifold:
+    """Return the counterweight in its cup, in the rod's frame."""
+    x, y, z = BALLAST_AT
+    return solids.bar(
+        (x, y, z), (x, y + ballast_length(materials), z), BALLAST_RADIUS, segments=solids.SEGMENTS
+    )
+
+
+def servo_rod_centre_of_mass(materials: Materials, caps: float = CAPS) -> np.ndarray:
+    """Return (3,) the centre of mass of a servo rod, in m, in the rod's frame.
+
+    The simulation has it at ``module.SERVO_ROD_CENTRE_OF_MASS``. The servo counts as evenly filled.
+
+    Args:
+        materials: what it is built from.
+        caps: mass of the rod's two caps, in kg.
+    """
+    mount, ballast = servo_mount(materials), ballast_mass(materials)
+    length = ballast_length(materials)
+    x, y, z = BALLAST_AT
+    pieces = [
+        *_hardware(materials),
+        (1e-9 * materials.plastic.density * mount.volume(), solids.centroid(mount)),
+        (ballast, np.array([x, y + length / 2, z])),
+        (caps, np.zeros(3)),
+    ]
+    masses = np.array([mass for mass, _ in pieces])
+    return 1e-3 * masses @ np.array([centre for _, centre in pieces]) / masses.sum()
 
 
 def laid(mount: Manifold) -> Manifold:

@@ -18,6 +18,7 @@ from shapely.ops import unary_union
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.dimensions.limiter import HOLE
 from engine.fabrication.dimensions.pull_test import Coupon
 from engine.fabrication.materials import CAP_TIP, Printer
 from engine.fabrication.parts import solids
@@ -98,13 +99,14 @@ def neck_height(*, footed: bool) -> float:
     return NECK + (FOOT_LIP if footed else 0.0)
 
 
-def cap(design: CableDesign, printer: Printer, *, footed: bool = False) -> Manifold:
+def cap(design: CableDesign, printer: Printer, *, footed: bool = False, line: bool = True) -> Manifold:
     """Return a rod's end cap along z, the node's plane at 0 and the rod below it.
 
     Args:
         design: of the cables that it holds.
         printer: what prints it.
         footed: whether the robot has feet, which share the cap's neck with a link.
+        line: whether it has the hole by which the line of an internal cable goes on inside the rod.
     """
     wall, clearance = 1e3 * printer.min_wall, 1e3 * printer.clearance
     bore = (ROD_DIAMETER + clearance) / 2
@@ -123,7 +125,10 @@ def cap(design: CableDesign, printer: Printer, *, footed: bool = False) -> Manif
         along_sleeve = solids.box((sleeve, -half, low - 1.0), (crown + 1.0, half, CROWN_ABOVE + 0.01))
         over_the_end = solids.box((floor, -half, -0.7), (crown + 1.0, half, CROWN_ABOVE + 0.01))
         body = body - (along_sleeve + over_the_end).rotate((0.0, 0.0, float(angle)))
-    return body
+    if not line:
+        return body
+    hole = solids.bar((0.0, 0.0, -1e3 * CAP_TIP - 0.5), (crown + 1.0, 0.0, 0.0), HOLE / 2)
+    return body - hole
 
 
 def notch_width(design: CableDesign) -> float:

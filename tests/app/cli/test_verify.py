@@ -61,6 +61,10 @@ def test_the_chosen_time_step_is_named(
         ("--cell CELL --timestep-factor 0.3", "whole number of time steps"),
         ("--cell CELL --timestep-factor 2", "too large"),
         ("--cell EMPTY", "is empty"),
+        ("", "--cell, or --best"),
+        ("--cell CELL --best 3 --as-built", "--cell, or --best"),
+        ("--best 3", "--best needs --as-built"),
+        ("--best 0 --as-built", "best must be at least 1"),
         ("--cell CELL --as-built --samples 0", "samples must be"),
         ("--cell CELL --as-built --materials none.toml", "none.toml"),
         ("--cell CELL --as-built --simulator mujoco", "does not go with"),
@@ -87,8 +91,26 @@ def test_as_built_for_people(small_run: Path, cell: str, capsys: pytest.CaptureF
     main(["verify", str(small_run), "--archive", "controller", "--cell", cell, *extra])
     out = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "3 robots of that design" in out
-    assert "largest tension of an internal" in out
+    assert "how the drum winds" in out
     assert "as built" in out
+
+
+def test_the_best_as_built(small_run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    extra = "--archive controller --as-built --samples 1 --seeds 1 --best 2".split()
+    main(["verify", str(small_run), *extra])
+    head, rule, *rows = capsys.readouterr().out.splitlines()
+    assert len(rows) == 2
+    assert {line.count("|") for line in (head, rule, *rows)} == {9}
+    main(["verify", str(small_run), *extra, "--json"])
+    robots = json.loads(capsys.readouterr().out)["robots"]
+    assert [f"| {r['cell']} | {r['number']} |" in row for r, row in zip(robots, rows, strict=True)] == [
+        True,
+        True,
+    ]
+    with RunReader(small_run) as reader:
+        found = [reader.evaluation(r["number"]).fitness for r in robots]
+        every = [e.fitness for e in reader.contents("controller", reader.last_generation() or 0).values()]
+    assert found == sorted(f for f in every if f is not None)[:2]
 
 
 def test_as_built_as_json(small_run: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:

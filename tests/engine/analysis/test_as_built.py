@@ -38,13 +38,23 @@ def test_what_is_kept_and_what_costs_most() -> None:
     said = " ".join(found.sentences(NAMES))
     assert "Evolved 11.0 cm, as built 5.0 ± 3.3 cm." in said
     assert "Not worth building: it loses 55 %" in said
-    assert said.index("mend c") < said.index("mend b") < said.index("mend a")
+    # robots of the design lose 3 cm more than the design
+    assert said.index("mend c") < said.index("mend b") < said.index("3.0 cm by how robots of the design")
 
 
-def test_a_robot_that_keeps_more_than_half_is_worth_building() -> None:
-    found = AsBuilt(scores(0.10), scores(0.09), scores(0.08, 0.06), {"a": scores(0.09)})
+def test_a_robot_that_keeps_most_of_it_is_worth_building() -> None:
+    found = AsBuilt(scores(0.10), scores(0.08), scores(0.09, 0.07), {"a": scores(0.09)})
     assert found.worth_building
-    assert found.sentences(NAMES)[1] == "Costs most: thing a (1.0 cm)."
+    assert found.sentences(NAMES)[1:] == ["Costs most: thing a (1.0 cm)."]
+
+
+def test_what_costs_a_robot_that_keeps_less_than_it_should_is_said() -> None:
+    found = AsBuilt(scores(0.10), scores(0.09), scores(0.07, 0.05), {"a": scores(0.09)})
+    assert found.worth_building
+    said = found.sentences(NAMES)[1:]
+    assert said[0] == "It loses 40 % of that."
+    assert said[1].startswith("3.0 cm by how robots of the design differ: evolve with --as-built --spread")
+    assert said[2] == "1.0 cm by thing a: mend a."
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from engine.body import servo
 from engine.config import RunConfig
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.buildability import problems
+from engine.fabrication.dimensions.acceptance import SPAN, expected, pull
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.cut_lists import cables, rods
 from engine.fabrication.dimensions.floating_module import contraction
@@ -296,12 +297,26 @@ def test_what_differs_is_listed_with_what_it_costs(robots, texts):
 
 
 def test_a_module_is_accepted_by_what_the_built_one_measures(robots):
-    # a stiff module's lines are stretched beyond the simulated limit
     built = robots[10].built
-    stiff, published = ({d.nodes: d.contracted for d in contraction(9, b)} for b in (built, PUBLISHED))
-    both = set(stiff) & set(published)
+    made, published = ({d.nodes: d for d in contraction(9, b)} for b in (built, PUBLISHED))
+    both = set(made) & set(published)
     assert both
-    assert all(published[nodes] - stiff[nodes] > 0.002 for nodes in both)
+    # the limiter makes what is built contract as what was simulated
+    assert all(abs(published[n].contracted - made[n].contracted) < published[n].tolerance / 2 for n in both)
+    # without one a stiff module's lines are stretched beyond the simulated limit
+    bare = {d.nodes: d for d in contraction(9, dataclasses.replace(built, line_limit=0.0))}
+    both = set(bare) & set(published)
+    assert both
+    assert all(published[n].contracted - bare[n].contracted > 0.002 for n in both)
+
+
+def test_a_module_is_told_from_a_stiffer_one_by_what_the_sheet_asks_for(robots, texts):
+    for n, facts in robots.items():
+        for level in set(facts.morphology.stiffness_levels):
+            wanted = expected(level)
+            grams = f"{1000 * pull(level) / 9.81:.0f}"
+            assert re.search(rf"{grams} {1000 * wanted.stretch:.1f} ± {100 * wanted.stretch:.1f}", texts[n])
+        assert f"{1000 * wanted.spans.mean():.1f} mm, ± {1000 * SPAN:.1f} mm" in texts[n]
 
 
 def test_feet_are_on_the_sheet_of_a_robot_that_wears_some(robots, materials, texts):

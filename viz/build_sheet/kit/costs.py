@@ -24,7 +24,7 @@ _FILAMENT: Final = (
     ("walls, infill", "3, 100 %", "2, 100 % along the cables"),
     ("speed, fan", "50 mm/s, 40 %", "20 mm/s, 50 %"),
     ("retraction", "1 mm (direct drive), 4 mm (Bowden)", "0.5 mm or none, direct drive"),
-    ("supports, brim", "none; brim of 3 mm under caps", "none, none"),
+    ("supports, brim", "under the servo mount only; brim of 3 mm under caps", "none, none"),
     ("drying", "65 °C, 6 h", "55 °C, 8 h: wet TPU strings"),
 )
 

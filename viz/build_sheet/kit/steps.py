@@ -48,9 +48,10 @@ def actions(scene: ScenePictures) -> list[Action]:
     rest = sorted(set(scene.names) - set(scene.matching(KNOWN)))
     found = [
         # parts that this list does not know belong to the servo
-        Action("Servo into its mount", ("*_mount*", "*_servo", *rest), close=True),
+        Action("Servo into the cradle of its mount", ("*_mount*", "*_servo", *rest), close=True),
+        Action("Counterweight into its cup", ("*_ballast*",), close=True),
         Action("Drum on the servo's shaft", ("*_drum*",), close=True),
-        Action(f"Mount on rod {r0}, servo towards node {a}", (SERVO,), close=True),
+        Action(f"Both pieces of rod {r0} into the mount, the short one at {a}", (SERVO,), close=True),
     ]
     jig = scene.matching(["jig*"])
     unit = tuple(scene.matching([p for action in found for p in action.new]))

@@ -13,8 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.acceptance import RODS, SPAN, expected, pull
 from engine.fabrication.dimensions.cables import CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import contraction, floating_module
+from engine.fabrication.dimensions.limiter import has_limiter
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.net import EYELET_HOLE
@@ -77,6 +79,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.together(
             [
                 blocks.subheading("What a finished module measures"),
+                blocks.body(_spans(facts)),
                 _contraction(facts, paper.inner_width),
                 blocks.gap(2),
                 blocks.note(
@@ -117,7 +120,6 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
     unlike = len({d.tail for d in design_cables(facts.morphology, materials)}) > 1
     tail = "the tail of the cut list" if unlike else f"{1000 * design.tail:.1f} mm"
     balance, n = mass_balance(facts.morphology, materials, facts.feet.feet), facts.morphology.n_modules
-    ballast = balance.ballast
     inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]
     every = (0, 1, 2, 3, 4, 5)
@@ -130,11 +132,13 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "Servo, mount and drum",
-            "On the bench: put the servo into the window of its mount, shaft to the side of the ball, and"
-            " screw its ears down. Plug it in and type a0 (“Program”). Press the drum on the shaft, wide end"
-            " first, with a drop of glue on the splines. Knot a line through the hole in the flange above"
-            " each groove and lay it round the groove, a quarter to one turn clockwise seen from the ball's"
-            " side. Slide the mount on the middle of rod 0, servo towards node 0; it is glued in step 7.",
+            "On the bench: cut the servo's two ears off and put it into the cradle of its mount, shaft to "
+            "the ball's side and towards node 0; fix it with hot glue. Glue the six discs of the drum on "
+            "each other, peg into hole, the disc with the notch on its edge lowest. Lead a line through "
+            "the channel of every cam and knot its end behind it. Plug the servo in, type a0 (“Program”), "
+            "and screw the drum on with the servo's own screw, its notch to the arm that carries the "
+            "ball; what the splines leave over is made good with the pulse at 0°. Glue the counterweight "
+            "into its cup and the two pieces of rod 0 into their sockets, the short one at node 0.",
             (),
             detail=lambda pen: draw_drum(pen, materials.servo),
         ),
@@ -174,18 +178,19 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "Internal cables",
-            f"Turn the mount until its ball points to the middle between nodes {opposite[0]} and"
-            f" {opposite[1]}, and glue it. Lead each line with a needle into the wide hole of the ball and"
-            " out of the hole that looks to its node. Tie on the elastic (“Wiring”) and a small loop of line;"
+            f"Turn rod 0 in its caps until the ball points to the middle between nodes {opposite[0]} and"
+            f" {opposite[1]}. Lead each line with a needle from its groove straight into the hole of the arm"
+            " at the same height, on to the ball, and out of the hole that looks to its node. Tie on the"
+            " elastic (“Wiring”) and a small loop of line;"
             f" from first knot to loop's end at most {1000 * elastic_length():.0f} mm. At a0, hang"
             f" {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g on the loop: from ball to loop it must measure what"
             f" the table under “Wiring” says for 0°, ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put"
-            " the loop over the neck of the node's cap. Tie the servo's wire to rod 0, clear of the lines."
             + (
-                f" Glue {1000 * ballast:.1f} g of ballast to rod 0, its end at the sleeve of node 1's cap."
-                if ballast > 0
-                else ""
-            ),
+                " the loop over the bead of the node's limiter (“Wiring”)."
+                if has_limiter(materials)
+                else " the loop over the neck of the node's cap."
+            )
+            + " Tie the servo's wire to rod 0, clear of the lines.",
             (),
             every,
             servo=True,
@@ -209,23 +214,48 @@ def notch_gaps() -> tuple[float, float]:
     return float(angles[0] - angles[-1] + 360.0), float(angles[2] - angles[1])
 
 
+def _spans(facts: Facts) -> str:
+    """Return what to measure before the servo moves, which tells one wrong cable."""
+    span = float(expected(facts.morphology.stiffness_levels[0]).spans.mean())
+    first, second = RODS
+    return (
+        f"<b>Servo off:</b> every one of the 24 cables spans {1000 * span:.1f} mm, ± {1000 * SPAN:.1f} mm,"
+        " from rod end to rod end. One that spans less is too stiff or too short, its neighbours are right."
+        f" <b>Stretch:</b> hold rod {first} level with rod {second} below it, hang the weight on the middle"
+        f" of rod {second}, and measure how far the two move apart. Less: all cables are too stiff, more: too"
+        " soft. Then type a0 and a180:"
+    )
+
+
 def _contraction(facts: Facts, width: float) -> Flowable:
     rows = []
     levels = facts.morphology.stiffness_levels
     for level in dict.fromkeys(levels):
         modules = style.module_names([i for i, other in enumerate(levels) if other == level])
+        stretch = 1000 * expected(level).stretch
+        weight = f"{1000 * pull(level) / GRAVITY:.0f}"
         rows += [
             [
                 modules,
+                *((weight, f"{stretch:.1f} ± {tolerances.STIFFNESS * stretch:.1f}") if k == 0 else ("", "")),
                 f"{d.nodes[0]} and {d.nodes[1]}",
                 f"{1000 * d.released:.1f}",
                 f"{1000 * d.contracted:.1f}",
                 f"± {1000 * d.tolerance:.1f}",
             ]
-            for d in contraction(level, facts.built)
+            for k, d in enumerate(contraction(level, facts.built))
         ]
-    header = ("modules", "between nodes", "at a0 (mm)", "at a180 (mm)", "may differ (mm)")
-    return blocks.grid(header, rows, blocks.columns(width, 24, 19, 19, 19, 19), right=(2, 3, 4))
+    header = (
+        "modules",
+        "weight (g)",
+        "stretch (mm)",
+        "between nodes",
+        "at a0 (mm)",
+        "at a180 (mm)",
+        "may differ (mm)",
+    )
+    shares = (18, 12, 15, 16, 12, 13, 14)
+    return blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 4, 5, 6))
 
 
 def _step(paper: Paper, number: int, step: Step) -> Flowable:

@@ -30,7 +30,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     balance = mass_balance(facts.morphology, materials, facts.feet.feet)
     header = ["part", "pieces", "length × Ø (mm)", "each (g)", "all (g)", "source of mass", "note"]
     shares = [18, 8, 14, 8, 9, 11, 32]
-    inner = [p for p in listed if p.group == "internal cables"]
+    inner = [p for p in listed if p.name.startswith("internal cable")]
     rows = [_row(p) for p in listed if p not in inner[1:]]
     rows[listed.index(inner[0])] = _internal(inner, materials)
     rows.append(
@@ -125,11 +125,9 @@ def _verdict(balance: MassBalance) -> str:
         part = 100 * balance.excess / balance.simulated
         return (
             f"The robot as built is {1000 * balance.excess:.1f} g ({part:.0f} %) heavier than simulated. It"
-            " sags more than drawn and may crawl less; a lighter servo helps most."
+            " sags more than drawn and may crawl less; lighter caps and cables help most."
         )
-    if balance.ballast < 5e-6:
-        return "A module weighs what was simulated, without ballast."
     return (
-        f"Each module gets {1000 * balance.ballast:.2f} g of ballast on its servo rod, so that it weighs what"
-        " was simulated."
+        f"A module weighs what was simulated, with {1000 * balance.ballast:.1f} g of counterweight at its"
+        " servo."
     )

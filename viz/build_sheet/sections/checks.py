@@ -9,9 +9,10 @@ from engine.body import module as t
 from engine.body.feet import FEET_TEXT
 from engine.fabrication.dimensions import tolerances as tol
 from engine.fabrication.dimensions.cut_lists import cables
+from engine.fabrication.dimensions.limiter import line_limit
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.servo_parts import drum_errors, line_tensions
+from engine.fabrication.parts.drum import drum_errors, line_tensions
 from viz.build_sheet import blocks
 from viz.build_sheet.facts import MODULE_MASS, Facts
 from viz.build_sheet.style import Paper
@@ -35,7 +36,8 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
     tension = max(c.pretension for c in every)
     one = [c for c in every if c.module == int(np.argmax(facts.morphology.stiffness_levels))]
     energy = sum(0.5 * c.stiffness * (c.assembled - c.rest) ** 2 for c in one)
-    pull = max(float(line_tensions(level).max()) for level in set(facts.morphology.stiffness_levels))
+    limit = line_limit(materials)
+    pull = max(float(line_tensions(level, limit).max()) for level in set(facts.morphology.stiffness_levels))
     return [
         f"<b>Wear eye protection</b> while cables are hooked in. Each cable pulls with up to {tension:.2f} N;"
         f" a finished module holds {energy:.2f} J in its cables, and a rod that slips out flies.",
@@ -55,7 +57,7 @@ def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
     step = t.stiffness_n_per_m(1 / t.N_STIFFNESS_LEVELS)
     near, far = facts.link_gaps
     built = mass_balance(facts.morphology, materials, facts.feet.feet).built / facts.morphology.n_modules
-    drum = drum_errors(materials.servo).max()
+    drum = drum_errors().max()
     rows = [
         ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", f"± {1000 * tol.ROD:.1f} mm", "assumed"],
         [

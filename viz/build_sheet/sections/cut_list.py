@@ -9,6 +9,7 @@ from engine.fabrication.dimensions.cables import CableDesign, design_cables, sec
 from engine.fabrication.dimensions.cut_lists import Cable, cables, rods, stock_plan
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
+from engine.fabrication.parts.servo_parts import half_rods
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
@@ -63,6 +64,13 @@ def _rods(facts: Facts, materials: Materials, width: float) -> Flowable:
         header, rows, blocks.columns(width, 18, 11, 10, 14, 16, 14, 17), right=(2, 3, 4, 5, 6)
     )
     text += " A piece is shorter than its rod because the printed caps reach beyond it to the nodes."
+    left, right = half_rods(materials)
+    a, b = t.RODS[t.SERVO_ROD]
+    text += (
+        f" <b>Cut rod {t.SERVO_ROD} again</b>, into {1000 * left:.1f} mm at node {a} and"
+        f" {1000 * right:.1f} mm at node {b}; the rest is not used:"
+        " the servo's mount is between the two."
+    )
     return blocks.together(
         [table, blocks.gap(2), blocks.note(f"{style.escaped(materials.rod.material)}. {text}")]
     )

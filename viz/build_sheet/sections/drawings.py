@@ -8,11 +8,13 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
+from engine.fabrication.parts.head_tag import PLATE, WIRE, WIRE_LENGTH
 from viz.build_sheet import blocks, style
 from viz.build_sheet.bodies import robot
+from viz.build_sheet.bodies import rod as bodies_rod
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
-from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
+from viz.build_sheet.scene import Ball, OrthographicCamera, SceneView, Tube, paint
 from viz.build_sheet.style import Paper
 
 FROM_ABOVE = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
@@ -50,6 +52,7 @@ def pages(facts: Facts, paper: Paper) -> list[Flowable]:
         ),
         blocks.together([blocks.subheading("From above"), plan]),
         blocks.together([blocks.subheading("From the side (seen from the robot's right)"), side]),
+        _head_point(facts, paper),
         blocks.together([blocks.subheading("Settled modules"), _heights(facts, paper.inner_width)]),
         blocks.together([blocks.subheading("Words used here"), *blocks.bullets(_WORDS)]),
     ]
@@ -97,6 +100,74 @@ def _draw_side(pen: Pen, facts: Facts, size: float) -> None:
     pen.line((x - 6, top + 14), (x + 22, top + 14), color=style.ACCENT, width=1.4)
     pen.path([(x + 29, top + 14), (x + 21, top + 17.5), (x + 21, top + 10.5)], fill=style.ACCENT, stroke=None)
     pen.text(x - 10, top + 11.3, way, align="right", color=style.ACCENT)
+
+
+def head_point(facts: Facts) -> np.ndarray:
+    """Return (3,) the point that the simulation takes for the robot's place, settled and levelled, in m."""
+    body = facts.levelled
+    return np.asarray(body.rods[facts.head.module, list(facts.head.front)].mean(axis=(0, 1)))
+
+
+def tag_rod(facts: Facts) -> int:
+    """Return the rod of the head that its tag is fixed to: of those without a servo the highest."""
+    heights = facts.levelled.rods[facts.head.module].mean(axis=1)[:, 2]
+    return max((r for r in range(len(t.RODS)) if r != t.SERVO_ROD), key=lambda r: float(heights[r]))
+
+
+def _head_point(facts: Facts, paper: Paper) -> Flowable:
+    a, b, c = facts.head.front
+    rod = tag_rod(facts)
+    _, high = facts.extent()
+    point = head_point(facts)
+    picture = Picture(paper.inner_width, 178.0, lambda pen: _draw_head(pen, facts), "head point")
+    return blocks.together(
+        [
+            blocks.subheading("The head point, and the tag that a camera sees"),
+            blocks.body(
+                f"The simulation's head is a point between rods: the mean of the middles of rods {a}, {b} and"
+                f" {c} of module {t.module_number(facts.head.module)} (in colour), at rest"
+                f" {100 * (high - point)[0]:.1f} cm behind the robot's front end, {100 * point[2]:.1f} cm"
+                f" above the ground. Snap the clip on the middle of rod {rod}, glue {WIRE_LENGTH:.0f} mm of"
+                f" steel wire of {WIRE:g} mm into it and into the plate, and bend it until the plate is"
+                " level, its middle above the point (± 3 mm) and above everything that moves. Glue the tag on"
+                " the plate, its upper edge towards the front."
+            ),
+            picture,
+        ]
+    )
+
+
+def _draw_head(pen: Pen, facts: Facts) -> None:
+    """Draw the head module from above and from the side: the head point, and the tag's plate above it."""
+    i, body = facts.head.module, facts.levelled
+    point, rods = head_point(facts), body.rods[i]
+    spread = rods.reshape(-1, 3)
+    low, high = spread.min(axis=0) - 0.004, spread.max(axis=0) + 0.004
+    high[2] += 0.02
+    size = min((pen.width / 2 - 40) / (high - low)[0], (pen.height - 36) / max((high - low)[1:]))
+    for side, (camera, axis, name) in enumerate(
+        ((FROM_ABOVE, 1, "from above"), (FROM_THE_SIDE, 2, "from the side"))
+    ):
+        left = 18 + side * pen.width / 2
+        view = SceneView(camera, size, np.array([left - size * low[0], 26 - size * low[axis]]))
+        things: list[Tube | Ball] = [
+            bodies_rod(body, i, r, style.HEAD if r in facts.head.front else style.GHOST)
+            for r in range(len(t.RODS))
+        ]
+        paint(pen, view, things, thinnest=0.5)
+        x, y = view.at(point)
+        plate = np.array([0.0005 * PLATE, 0.0005 * PLATE if axis == 1 else 0.0])
+        top = point if axis == 1 else np.array([point[0], point[1], high[2] - 0.006])
+        px, py = view.at(top)
+        wide, tall = 2 * size * plate[0], max(2 * size * plate[1], 1.6)
+        pen.box(px - wide / 2, py - tall / 2, wide, tall, stroke=style.ACCENT, line=1.0)
+        if axis == 2:
+            pen.line((x, y), (px, py), color=style.ACCENT, width=0.7, dash=(3, 2))
+            mx, my = view.at(rods[tag_rod(facts)].mean(axis=0))
+            pen.path([(mx, my), (mx + 5, py - 9), (px, py)], stroke=style.INK, width=1.2)
+        for dx, dy in ((5, 0), (0, 5)):
+            pen.line((x - dx, y - dy), (x + dx, y + dy), color=style.ACCENT, width=1.4)
+        pen.text(left + size * (high - low)[0] / 2, 8, name, align="centre", color=style.SOFT)
 
 
 def _heights(facts: Facts, width: float) -> Flowable:

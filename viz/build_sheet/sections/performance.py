@@ -309,6 +309,14 @@ def _axes(pen: Pen, ground: Ground) -> None:
                 pen.text(x - 4, y - 2.7, signed(value, decimals), align="right", size=7.5, color=style.SOFT)
     x, y = at((low + high) / 2)
     pen.text(x, at(low)[1] - 20, "ahead, x (cm)", align="centre", size=8, color=style.SOFT)
-    pen.text(at(low)[0] - 22, y, "left, y (cm)", align="centre", size=8, color=style.SOFT, upright=True)
+    pen.text(
+        at(low)[0] - 22 - 7 * decimals,
+        y,
+        "left, y (cm)",
+        align="centre",
+        size=8,
+        color=style.SOFT,
+        upright=True,
+    )
     lower, upper = at(low), at(high)
     pen.box(lower[0], lower[1], upper[0] - lower[0], upper[1] - lower[1], stroke=style.SOFT)

@@ -10,10 +10,15 @@ from engine.body import module as t
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.buildability import problems
 from engine.fabrication.dimensions.cut_lists import stock_plan
-from engine.fabrication.mass_balance import mass_balance
+from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.printed_parts import printed_parts
-from engine.fabrication.parts.servo_parts import elastic_length
+from engine.fabrication.parts.servo_parts import (
+    BALLAST_RADIUS,
+    ballast_length,
+    ballast_mass,
+    elastic_length,
+)
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
@@ -110,8 +115,8 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         [
             style.escaped(motor.model),
             str(n),
-            f"{motor.torque:g} N m at {motor.voltage:g} V; measure it: clones differ, the mount follows"
-            " materials.toml",
+            f"{motor.torque:g} N m at {motor.voltage:g} V; measure it: the mount follows materials.toml."
+            " Its two ears are cut off",
         ],
     ]
     rows += [
@@ -125,10 +130,16 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
             "one in every internal cable; chosen by hanging a weight on it (“Wiring”)",
         ],
     ]
-    ballast = mass_balance(facts.morphology, materials, facts.feet.feet).ballast
-    if ballast > 0:
-        each = f"{n} × {1000 * ballast:.2f} g"
-        rows.append(["ballast: lead or steel, in pieces", each, "one per module"])
+    if has_limiter(materials):
+        each = f"{len(t.SERVO_NODES) * n} pieces of {1000 * THREAD / STRETCHED + 40:.0f} mm"
+        rows.append(["latex thread, Ø 0.8 mm, and as many beads of 2 mm", each, "limiters (“Wiring”)"])
+    rows.append(
+        [
+            f"round steel, Ø {2 * BALLAST_RADIUS:.0f} mm",
+            f"{n} × {ballast_length(materials):.1f} mm",
+            f"counterweight of {1000 * ballast_mass(materials):.1f} g each, in the cup of the servo mount",
+        ]
+    )
     rows += [
         [style.escaped(materials.board.model), "1", f"with its USB cable; at least {n} free digital pins"],
         [

@@ -11,10 +11,11 @@ from reportlab.platypus import Flowable
 from engine.body import module as t
 from engine.body import servo
 from engine.fabrication.dimensions import tolerances
+from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH, pin_map
 from engine.fabrication.firmware.protocol import BAUD, VERSION
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.servo_parts import drum_errors, drum_order, groove_radii
+from engine.fabrication.parts.drum import drum_errors, drum_order
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
@@ -62,12 +63,13 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.together(
             [
                 blocks.subheading("Internal cables: length between guide and node, by servo command"),
-                _lengths(materials, paper.inner_width),
+                _lengths(paper.inner_width),
                 blocks.note(
                     "0° is released, 180° contracted. Length from the guide's ball to the loop at the node,"
                     f" at which the cable pulls {t.SERVO_OFFSET:.2f} N ({1000 * t.SERVO_OFFSET / GRAVITY:.0f}"
-                    " g). A drum winds evenly, which the simulated arm does not: between its ends it is off"
-                    " by up to the last column; nothing to correct. Groove 1 is at the wide end."
+                    " g). These are the lengths that the drum's cams give: the simulated arm's are the same"
+                    " at both ends, and differ in between by up to the last column; nothing to correct."
+                    " Disc 1 lies on the servo."
                 ),
                 blocks.body(
                     f"<b>Elastic</b> ({style.escaped(materials.line.elastic)}): an internal cable gives way"
@@ -76,12 +78,28 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                     f" {100 * tolerances.STIFFNESS:.0f} %."
                     " Too much: take a shorter or a double piece; too little: a longer or thinner one."
                 ),
+                *([blocks.body(_limiter())] if has_limiter(materials) else []),
             ]
         ),
         blocks.together(
             [blocks.subheading("What the controller does"), *blocks.bullets(_controller(facts))],
         ),
     ]
+
+
+def _limiter() -> str:
+    """Return how the limiter of an internal cable is made and adjusted."""
+    limit = 1000 * t.SERVO_MAX_TENSION / GRAVITY
+    return (
+        f"<b>Limiter.</b> The simulated servo never pulls more than {t.SERVO_MAX_TENSION:g} N. So each of the"
+        f" five rods that a line goes to (nodes {', '.join(map(str, sorted(t.SERVO_NODES)))}) holds a latex"
+        f" thread of 0.8 mm, {1000 * THREAD / STRETCHED:.0f} mm long, stretched to three times that. Tie it"
+        " to a piece of line, lead the line through the cap's slanting hole from inside, and knot a bead"
+        " on it that does not fit into the hole. Pull the other end of the thread out at the rod's other end,"
+        f" and clamp it there under the cap when the bead just lifts off under {limit:.0f} g (±"
+        f" {100 * tolerances.STIFFNESS:.0f} %) that hang from it, the rod held so that the line leaves the"
+        " cap as it does in the module. Check it again a day later."
+    )
 
 
 def _controller(facts: Facts) -> list[str]:
@@ -119,17 +137,16 @@ def _pins(facts: Facts, pins: Mapping[int, int], width: float) -> Flowable:
     )
 
 
-def _lengths(materials: Materials, width: float) -> Flowable:
-    radii, errors = groove_radii(materials.servo), drum_errors(materials.servo)
-    order = drum_order(materials.servo)
+def _lengths(width: float) -> Flowable:
+    errors, order = drum_errors(), drum_order()
     rows = []
     for k, node in enumerate(t.SERVO_NODES):
-        figures = [f"{1000 * servo.TARGET_LENGTHS[c, k]:.1f}" for c in COMMANDS]
+        figures = [f"{1000 * servo.DRUM_LENGTHS[c, k]:.1f}" for c in COMMANDS]
         place = order.index(node)
-        rows.append([f"to node {node}", *figures, str(place + 1), f"{radii[k]:.2f}", f"{errors[k]:.1f}"])
-    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "groove", "its radius", "off by at most")
+        rows.append([f"to node {node}", *figures, str(place + 1), f"{errors[k]:.1f}"])
+    header = ("cable (mm)", *(f"{c}°" for c in COMMANDS), "disc", "off by at most")
     return blocks.grid(
-        header, rows, blocks.columns(width, 16, *[8.5] * len(COMMANDS), 12, 9, 11), right=range(1, 11)
+        header, rows, blocks.columns(width, 18, *[8.5] * len(COMMANDS), 10, 14), right=range(1, 10)
     )
 
 

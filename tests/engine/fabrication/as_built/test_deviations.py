@@ -72,12 +72,22 @@ def test_a_measurement_is_named_and_narrows_the_spread() -> None:
     assert measured.spread.stiffness < guessed.spread.stiffness
 
 
-def test_ballast_draws_the_centre_of_mass_to_its_end() -> None:
-    heavy = load_materials("tpu-85a")
-    light = dataclasses.replace(heavy, servo=dataclasses.replace(heavy.servo, mass=0.006))
-    along = [built_centre_of_mass(BODY, m)[1] for m in (heavy, light)]
-    assert along[0] < -0.01
-    assert along[1] > along[0] + 0.002
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_centre_of_mass_is_built_where_it_was_simulated(preset: str) -> None:
+    built = built_centre_of_mass(BODY, load_materials(preset))
+    assert np.linalg.norm(built - t.SERVO_ROD_CENTRE_OF_MASS) < 0.002
+
+
+def test_rods_without_a_bore_hold_no_limiter() -> None:
+    tubes = load_materials()
+    solid = dataclasses.replace(tubes, rod=dataclasses.replace(tubes.rod, bore=None))
+    limited, bare = (twin_of(Physics(), BODY, m) for m in (tubes, solid))
+    assert limited.built.line_limit == t.SERVO_MAX_TENSION
+    assert limited.spread.line_limit > 0.0
+    assert bare.built.line_limit == 0.0
+    assert bare.spread.line_limit == 0.0
+    assert len({p.built.line_limit for p in limited.samples(4)}) == 4
+    assert {p.built.line_limit for p in bare.samples(4)} == {0.0}
 
 
 def test_cables_that_can_be_made_have_the_simulated_stiffness() -> None:
@@ -105,8 +115,8 @@ def test_a_twin_for_a_search_has_every_level() -> None:
 def test_one_difference_alone_is_nothing_else() -> None:
     twin = twin_of(Physics(), BODY, load_materials("tpu-85a"))
     alone = twin.alone()
-    assert alone["line_limit"].built == Built(line_limit=0.0)
-    assert alone["winding"].built == Built(winding="even")
+    assert alone["winding"].built == Built(winding="cams")
+    assert "line_limit" not in alone
     assert "rest_length" not in alone
     assert "friction" not in alone
     # nothing is left that costs anything where robots were evolved as built
@@ -120,7 +130,7 @@ def test_samples_differ_and_begin_alike() -> None:
     assert len({p.friction for p in many}) == 5
     off = [np.subtract(p.built.centre_of_mass, twin.built.centre_of_mass) for p in many]
     assert np.abs(off).max() < 0.0031
-    assert {p.built.winding for p in many} == {"even"}
+    assert {p.built.winding for p in many} == {"cams"}
 
 
 def test_the_simulated_stiffness_is_the_yardstick_of_a_measured_one() -> None:

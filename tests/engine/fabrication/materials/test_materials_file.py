@@ -26,7 +26,7 @@ def test_presets_are_read_in_si(name):
     assert materials.file == name
     assert 0.8e6 <= materials.cable.modulus <= 12e6
     assert materials.printer.nozzle == pytest.approx(0.0004)
-    assert materials.servo.mass == pytest.approx(0.009)
+    assert materials.servo.mass == pytest.approx(0.0048)
     assert materials.cable_source is Source.ASSUMED
 
 
@@ -54,7 +54,7 @@ def test_the_printed_preset_is_the_tpu_that_data_sheets_describe():
         (r"^form = .*", 'form = "woven"', "cable.form must be printed or cord"),
         (r"^form = .*", 'form = "cord"', "cable.stock_diameters_mm must name the diameters"),
         (r"^stock_length_mm = 1000", "stock_length_mm = 70", "rod.stock_length_mm must be at least 79"),
-        (r"^per_module = 2", "per_module = -2", r"fastener\[0\].per_module must be positive, not -2"),
+        (r"^per_module = 3", "per_module = -2", r"fastener\[0\].per_module must be positive, not -2"),
         (r"^carried = false", "carried = 0", "board.carried must be true or false, not 0"),
         (r"^name = .*", 'name = ""', "name must be a line of text"),
         (r"^\[servo\]", "[motor]", "unknown key motor"),
