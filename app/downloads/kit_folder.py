@@ -79,8 +79,9 @@ def kit_folder(
         files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
     title = f"Net of module 1 of {facts.name}"
     files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
-    files["kit.pdf"], _ = kit_sheet(facts, materials, module_scene(glb, holder), paper)
-    files["measured.toml"] = measured_form(materials_text(materials), module, materials).encode()
+    text = materials_text(materials)
+    files["kit.pdf"], _ = kit_sheet(facts, materials, text, module_scene(glb, holder), paper)
+    files["measured.toml"] = measured_form(text, module, materials).encode()
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     lines = [f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"]

@@ -70,7 +70,9 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             2.0,
             5.0,
         ),
-        Purchase(materials.servo.model, f"{n}, one spare", "SG90 or MG90S", n + 1, 2.0, 6.0),
+        Purchase(
+            materials.servo.model, f"{n}, one spare", "of that size and torque; measure it", n + 1, 2.0, 6.0
+        ),
     ]
     printed = printed_parts(morphology, materials)
     rigid = sum(p.quantity * p.mass for p in printed if not p.flexible)
