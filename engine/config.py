@@ -170,6 +170,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
         "stiffness": config.stiffness,
         "rhythms": config.head_search == "rhythms",
         "feet": config.body.feet_genes,
+        "feet_axis": config.body.feet_axis,
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,
@@ -246,6 +247,8 @@ def to_json(config: RunConfig) -> dict[str, Any]:
                 del table[name]
     if config.body == BodyConfig():
         del found["body"]
+    elif not config.body.feet_axis:
+        del found["body"]["feet_axis"]
     return found
 
 
@@ -332,7 +335,7 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         if value not in typing.get_args(kind):
             raise InvalidData(f"{where}: {value!r} is not one of {typing.get_args(kind)}")
         return value
-    if kind is str and isinstance(value, str):
+    if kind in (str, bool) and type(value) is kind:
         return value
     if kind is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
         return float(value)

@@ -76,7 +76,12 @@ class Evolve:
         from engine.fabrication.as_built import search_physics
         from engine.fabrication.materials import load_materials
 
-        physics = search_physics(self.config.physics, load_materials(self.as_built), spread=self.spread)
+        physics = search_physics(
+            self.config.physics,
+            load_materials(self.as_built),
+            spread=self.spread,
+            footed=self.config.body.feet != "none",
+        )
         return dataclasses.replace(self.config, physics=physics)
 
 

@@ -92,12 +92,12 @@ class Reevaluate:
         from engine.fabrication.materials import load_materials
 
         with RunReader(run) as reader:
-            physics = reader.config.physics
+            physics, footed = reader.config.physics, reader.config.body.feet != "none"
         materials = load_materials(self.as_built)
 
         @functools.cache
         def of_level(level: int) -> Physics:
-            return search_physics(physics, materials, spread=True, level=level)
+            return search_physics(physics, materials, spread=True, level=level, footed=footed)
 
         return self.as_built, of_level
 

@@ -103,19 +103,26 @@ class Verify:
         """Simulate a robot as it would be built and print how it does."""
         from engine.analysis.as_built import as_built_facts, check_samples, simulate_as_built
         from engine.fabrication.as_built import twin_of
+        from engine.fabrication.dimensions.feet import robot_feet
         from engine.fabrication.materials import load_materials
 
         check_samples(self.samples)
         if (self.inertia_scale, self.timestep_factor, self.simulator) != (None, None, None):
             raise InvalidData("--as-built has the run's physics; it does not go with another one")
         check_timestep(config.physics)
-        twin = twin_of(config.physics, evaluation.solution.morphology, load_materials(self.materials))
+        twin = twin_of(
+            config.physics,
+            evaluation.solution.morphology,
+            load_materials(self.materials),
+            feet=robot_feet(config, evaluation).feet,
+        )
         found = simulate_as_built(
             config,
             evaluation,
             nominal=twin.nominal,
             robots=twin.samples(self.samples),
             alone=twin.alone(),
+            pairs=twin.feet_pairs(),
             n_seeds=self.seeds,
             n_threads=self.workers,
         )
@@ -162,6 +169,13 @@ def _print_as_built(materials: str, deviations: Sequence[Deviation], found: AsBu
         figures = ("", "") if one is None else (_cm(one.mean), _cm(costs.get(d.key)))
         alone.add_row(d.name, d.simulated, built, str(d.origin), *figures)
     console.print(alone)
+    if found.pairs:
+        feet = Table(caption="the design by the friction of its feet: f_s in cm")
+        for name in ("forward", "backward", "f_s", "s.d."):
+            feet.add_column(name, justify="right")
+        for (forward, backward), scores in found.pairs.items():
+            feet.add_row(f"{forward:g}", f"{backward:g}", _cm(scores.mean), _cm(scores.deviation))
+        console.print(feet)
     for line in found.sentences({d.key: (d.name, d.remedy) for d in deviations}):
         console.print(line, markup=False, soft_wrap=True)
 

@@ -9,6 +9,7 @@ from app.downloads.robot_folder import materials_text, place_of
 from engine.export import simulate_trial
 from engine.fabrication.as_built import twin_of
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.kit.jig import jig
@@ -64,11 +65,12 @@ def kit_folder(
     evaluation = reader.evaluation(number)
     trial = simulate_trial(reader.config, evaluation)
     body = evaluation.solution.morphology
-    twin = twin_of(reader.config.physics, body, materials)
+    feet = robot_feet(reader.config, evaluation).feet
+    twin = twin_of(reader.config.physics, body, materials, feet=feet)
     facts = gather(reader, evaluation, trial, place or place_of(reader, number), twin)
     module = LoneModule.of(body)
     (design,) = design_cables(module, materials)
-    made = fabrication_files(module, materials)
+    made = fabrication_files(module, materials, tuple(f for f in feet if f.module == 0))
     glb = made.pop("robot.glb")
     del made["joints.csv"]
     files = {name if "/" in name or "bill" in name else f"tables/{name}": made[name] for name in made}

@@ -17,6 +17,7 @@ from engine.body import servo
 from engine.errors import InvalidData, printable
 from engine.export import export_files, simulate_trial
 from engine.fabrication.as_built import Twin, twin_of
+from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
@@ -40,7 +41,7 @@ SEEDS: Final = 3
 MANIFEST_FORMAT: Final = "tensatlas-manifest"
 MANIFEST_VERSION: Final = 1
 _PACKAGES: Final = ("reportlab", "segno", "trimesh", "manifold3d", "ezdxf", "shapely")
-_TABLES: Final = ("rods.csv", "cables.csv", "joints.csv")
+_TABLES: Final = ("rods.csv", "cables.csv", "joints.csv", "feet.csv")
 _WHAT: Final = (
     ("build_sheet.pdf", "the build sheet: print it and start here"),
     ("README.md", "what the robot is and what each file is"),
@@ -57,6 +58,7 @@ _WHAT: Final = (
     ("tables/rods.csv", "cut list of the rods"),
     ("tables/cables.csv", "every passive cable"),
     ("tables/joints.csv", "orientation table: which nodes are tied"),
+    ("tables/feet.csv", "which foot goes on which rod end, and where it points"),
     ("tables/internal_cables.csv", "length of the internal cables at every servo command"),
     ("tables/as_built.csv", "what differs when it is built, how that is known, and what it costs"),
     ("tables/targets.csv", "score of every trial by target"),
@@ -98,19 +100,21 @@ def robot_folder(
     trial = simulate_trial(reader.config, evaluation)
     place = place or place_of(reader, number)
     progress("simulating it as built", 1, STEPS)
-    twin = twin_of(reader.config.physics, evaluation.solution.morphology, materials)
+    plan = robot_feet(reader.config, evaluation)
+    twin = twin_of(reader.config.physics, evaluation.solution.morphology, materials, feet=plan.feet)
     as_built = simulate_as_built(
         reader.config,
         evaluation,
         nominal=twin.nominal,
         robots=twin.samples(ROBOTS),
         alone=twin.alone(),
+        pairs=twin.feet_pairs(),
         n_seeds=SEEDS,
     )
-    facts = gather(reader, evaluation, trial, place, twin, as_built)
+    facts = gather(reader, evaluation, trial, place, twin, as_built, plan)
     files = export_files(reader, number, trial)
     progress("parts", 2, STEPS)
-    for name, content in fabrication_files(facts.morphology, materials).items():
+    for name, content in fabrication_files(facts.morphology, materials, plan.feet).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}

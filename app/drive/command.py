@@ -160,9 +160,15 @@ class Drive:
             return stack.enter_context(contextlib.closing(camera)), link
         from app.drive.simulated import SimulatedRobot
         from engine.fabrication.as_built import twin_of
+        from engine.fabrication.dimensions.feet import robot_feet
         from engine.fabrication.materials import load_materials
 
-        twin = twin_of(config.physics, evaluation.solution.morphology, load_materials(self.materials))
+        twin = twin_of(
+            config.physics,
+            evaluation.solution.morphology,
+            load_materials(self.materials),
+            feet=robot_feet(config, evaluation).feet,
+        )
         robot = SimulatedRobot(
             config, evaluation, twin.nominal, target=self.target, run=run, speed=self.speed
         )

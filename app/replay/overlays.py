@@ -16,12 +16,15 @@ from app.replay.shapes import Discs, disc_glb
 from engine.body import module as t
 from engine.replay.recording import Playable
 from viz import theme
+from viz.robot.geometry import friction_arrows
 from viz.robot.stroke_font import NumberStrokes
 
 TRAIL_STEP = 5
 """Frames between two points of the trail."""
 TRAIL_HEIGHT = 0.002
 CONTACT_RADIUS = 0.009
+FRICTION_THICKNESS = 0.0022
+NO_ARROWS = np.zeros((0, 3, 2, 3), dtype=np.float32)
 CONTACT_LIFT = 0.0025
 """Metres that the rings lie above the points of contact, out of the ground."""
 NUMBER_SIZE = 0.0115
@@ -87,6 +90,9 @@ class OverlayLayer:
         self._contacts = Discs(
             scene, f"{prefix}/robot/contacts", disc_glb(_RING, _RING_RADII), CONTACT_RADIUS
         )
+        self._friction = scene.add_line_segments(
+            f"{prefix}/friction", nothing, theme.CONTACT, thickness=FRICTION_THICKNESS, visible=False
+        )
         self._trail_end = -1
         self._touching: np.ndarray | None = None
         self._centres: np.ndarray | None = None
@@ -94,7 +100,7 @@ class OverlayLayer:
 
     def remove(self) -> None:
         """Take all overlays away."""
-        for handle in (self._numbers, self._trail, self._chips, self._contacts):
+        for handle in (self._numbers, self._trail, self._chips, self._contacts, self._friction):
             handle.remove()
 
     def show(self, index: int, centres: np.ndarray, overlays: Overlays, facing: np.ndarray) -> None:
@@ -117,6 +123,7 @@ class OverlayLayer:
             self._contacts.show(contacts + np.array([0.0, 0.0, CONTACT_LIFT]))
         else:
             self._contacts.see(True)
+        self._show_friction(index, overlays)
         self._show_numbers(centres, overlays, facing)
 
     def face(self, overlays: Overlays, facing: np.ndarray) -> None:
@@ -141,6 +148,15 @@ class OverlayLayer:
             self._chips.show(middles, turn)
         self._chips.see(overlays.numbers)
         _see(self._numbers, visible=overlays.numbers)
+
+    def _show_friction(self, index: int, overlays: Overlays) -> None:
+        frame = self._replay.frames[index]
+        arrows = NO_ARROWS
+        if overlays.contacts and frame.forces is not None:
+            arrows = friction_arrows(frame.pose, frame.forces)
+        if len(arrows):
+            self._friction.points = arrows.reshape(-1, 2, 3)
+        _see(self._friction, visible=len(arrows) > 0)
 
     def _path(self, index: int) -> np.ndarray | None:
         """Return the (n, 2, 3) trail up to a frame, or None if it need not be sent again."""

@@ -19,6 +19,7 @@ import viser
 from app.gui.viser_private import put_arrays
 from engine.body import module as t
 from engine.body.feet import Feet
+from engine.body.kinematics import ahead
 from viz import theme
 from viz.robot.geometry import Drawing
 from viz.robot.skeleton import N_POINTS
@@ -252,9 +253,7 @@ def headings(centres: np.ndarray, way: float) -> np.ndarray:
         centres: (modules, 3) of the modules, in m.
         way: 1 towards the end of the chain, -1 towards its start.
     """
-    order = np.arange(len(centres))
-    along = centres[np.minimum(order + 1, order[-1])] - centres[np.maximum(order - 1, 0)]
-    along = way * along[:, :2]
+    along = ahead(centres, way)
     angles: np.ndarray = np.arctan2(along[:, 1], along[:, 0])
     return angles
 

@@ -17,6 +17,7 @@ from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
 from app.replay.scene import Scene
+from engine.replay.recording import Playable
 from engine.replay.replay import MAX_FRESH
 from engine.replay.trial import FIRST_TRIAL, TrialChoice
 from viz.robot import tension_legend
@@ -41,7 +42,8 @@ UPDATE_INTERVAL = 0.2
 OVERLAY_HINTS = {
     "tension": "Colour every cable by its tension; the legend below says how many newtons",
     "numbers": "The number of each module, the head's in its colour",
-    "contacts": "A dot wherever the robot touches the ground or a wall",
+    "contacts": "A ring wherever the robot touches the ground or a wall; an arrow is the friction with which"
+    " the ground pushes it there, 1 cm for 0.02 N",
     "trail": "Where the head has been since the target was placed",
 }
 """Names of ``Overlays`` and what their checkboxes say."""
@@ -287,8 +289,14 @@ class TransportPanel:
         self._shown_time = player.time
         self._text.content = _text(
             describe(player),
-            tension_legend.render(full_tension(replay.morphology)) if self._overlays["tension"].value else "",
+            self._legend(replay),
         )
+
+    def _legend(self, replay: Playable) -> str:
+        shown = {name for name, box in self._overlays.items() if box.value}
+        legend = tension_legend.render(full_tension(replay.morphology)) if "tension" in shown else ""
+        known = any(frame.forces is not None for frame in replay.frames[-1:])
+        return legend + (tension_legend.friction() if known and "contacts" in shown else "")
 
     def tick(self) -> None:
         """Refresh now and then while playing, and whenever a replay that is held goes to another moment."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -82,12 +83,14 @@ class AsBuilt:
         nominal: the design.
         robots: of the design, one evaluation each.
         alone: by its key, with one difference alone.
+        pairs: the design by the friction of its feet, forward and backward; empty without feet.
     """
 
     evolved: Scores
     nominal: Scores
     robots: Scores
     alone: Mapping[str, Scores]
+    pairs: Mapping[tuple[float, float], Scores] = dataclasses.field(default_factory=dict)
 
     @property
     def worst(self) -> float | None:
@@ -150,6 +153,7 @@ def simulate_as_built(
     robots: Sequence[Physics],
     alone: Mapping[str, Physics],
     n_seeds: int,
+    pairs: Mapping[tuple[float, float], Physics] = MappingProxyType({}),
     n_threads: int = 1,
     observer: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> AsBuilt:
@@ -162,6 +166,7 @@ def simulate_as_built(
         robots: physics of robots of the design.
         alone: physics with one difference each, by its key.
         n_seeds: evaluations under fresh noise but for the robots, which have one each.
+        pairs: physics of the design by the friction of its feet.
         n_threads: threads that simulate; the result does not depend on it.
         observer: told how many evaluations are done, and of how many.
 
@@ -169,7 +174,7 @@ def simulate_as_built(
         InvalidData: there are too many robots, or none.
     """
     check_samples(len(robots))
-    total = n_seeds * (2 + len(alone)) + len(robots)
+    total = n_seeds * (2 + len(alone) + len(pairs)) + len(robots)
     done = 0
     task = task_of(config)
 
@@ -198,6 +203,7 @@ def simulate_as_built(
         nominal=scores(evaluated(nominal, seeds)),
         robots=scores([evaluated(robot, [k])[0] for k, robot in enumerate(robots, start=1)]),
         alone={key: scores(evaluated(physics, seeds)) for key, physics in alone.items()},
+        pairs={pair: scores(evaluated(physics, seeds)) for pair, physics in pairs.items()},
     )
 
 
@@ -230,4 +236,8 @@ def as_built_facts(found: AsBuilt) -> dict[str, Any]:
         "worth_building": found.worth_building,
         "alone": {key: facts(scores) for key, scores in found.alone.items()},
         "costs_cm": {key: 100.0 * cost for key, cost in found.costs},
+        "feet": [
+            {"forward": forward, "backward": backward, **facts(scores)}
+            for (forward, backward), scores in found.pairs.items()
+        ],
     }

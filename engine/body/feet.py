@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Final, Literal
 
+from engine.errors import InvalidData
+
 Feet = Literal["none", "start", "end"]
 """A robot's feet: none, or ones that slide towards the start or the end of its chain."""
 FEET: Final[tuple[Feet, ...]] = ("none", "start", "end")
@@ -29,6 +31,14 @@ class BodyConfig:
     """Feet that grip one way: on no robot (none), on all (directional), or by a gene of each (evolved)."""
     feet_toward: Literal["end", "start"] = "end"
     """Towards which end of the chain the feet of --body.feet directional slide."""
+    feet_axis: bool = False
+    """Make evolved feet one more axis of the maps of the body: none, toward the start, toward the end."""
+
+    def __post_init__(self) -> None:
+        if self.feet_axis and self.feet != "evolved":
+            raise InvalidData(
+                f"feet_axis is for feet that evolve; feet is {self.feet}: use --body.feet evolved"
+            )
 
     @property
     def feet_genes(self) -> tuple[Feet, ...]:

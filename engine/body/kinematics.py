@@ -1,4 +1,4 @@
-"""Lengths and tensions of a robot's cables, from the poses of its rods."""
+"""Lengths and tensions of a robot's cables, points on its rods, and its modules' way ahead, by its pose."""
 
 from __future__ import annotations
 
@@ -67,6 +67,21 @@ def contraction(lengths: np.ndarray) -> np.ndarray:
     """
     released, turned = _MEAN_TARGETS[0], _MEAN_TARGETS[-1]
     return (released - np.asarray(lengths).mean(axis=-1)) / (released - turned)
+
+
+def ahead(centres: np.ndarray, way: float) -> np.ndarray:
+    """Return the (..., M, 3) level unit vectors along which feet of modules slide, as the kernel has them.
+
+    Args:
+        centres: (..., M, 3) of the modules, in m.
+        way: 1 towards the end of the chain, -1 towards its start.
+    """
+    last = centres.shape[-2] - 1
+    order = np.arange(last + 1)
+    along = centres[..., np.minimum(order + 1, last), :] - centres[..., np.maximum(order - 1, 0), :]
+    along = way * along * (1.0, 1.0, 0.0)
+    size = np.linalg.norm(along, axis=-1, keepdims=True)
+    return np.asarray(along / np.maximum(size, np.finfo(float).tiny))
 
 
 def quaternion_product(first: Sequence[float], then: Sequence[float]) -> tuple[float, float, float, float]:

@@ -14,6 +14,7 @@ from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, KNOT_LEFT, design_cables
 from engine.fabrication.dimensions.cut_lists import rods, stock_plan
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.materials import Materials, Source, load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import drum_errors, groove_radii
@@ -63,13 +64,15 @@ def simulated_mass(morphology: Morphology) -> float:
     return morphology.n_modules * (t.SERVO_ROD_MASS + (len(t.RODS) - 1) * t.ROD_MASS)
 
 
-def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[Part, ...]:
-    """Return the parts of a robot, ballast included; the default preset's if no materials are given."""
+def parts(
+    morphology: Morphology, materials: Materials | None = None, feet: tuple[Foot, ...] = ()
+) -> tuple[Part, ...]:
+    """Return the parts of a robot with these feet, ballast included; by default of the default preset."""
     materials = materials or load_materials()
     listed = (
         *_rods(morphology, materials),
         *_cables(morphology, materials),
-        *_printed(morphology, materials),
+        *_printed(morphology, materials, feet),
         *_bought(morphology, materials),
     )
     ballast = _ballast(morphology, listed)
@@ -90,9 +93,11 @@ def parts(morphology: Morphology, materials: Materials | None = None) -> tuple[P
     return tuple(sorted(listed, key=lambda p: GROUPS.index(p.group)))
 
 
-def bill_of_materials(morphology: Morphology, materials: Materials | None = None) -> str:
-    """Return the parts of a robot as CSV: lengths and diameters in mm, masses in g."""
-    listed = parts(morphology, materials)
+def bill_of_materials(
+    morphology: Morphology, materials: Materials | None = None, feet: tuple[Foot, ...] = ()
+) -> str:
+    """Return the parts of a robot with these feet as CSV: lengths and diameters in mm, masses in g."""
+    listed = parts(morphology, materials, feet)
     rows: list[Sequence[object]] = [COLUMNS]
     for p in listed:
         figures = [_milli(v) for v in (p.length, p.diameter, p.mass, p.quantity * p.mass)]
@@ -181,11 +186,13 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
     return result
 
 
-def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
+def _printed(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...]) -> list[Part]:
     result = []
-    for p in printed_parts(morphology, materials):
-        if p.name == "pull_coupon":
+    for p in printed_parts(morphology, materials, feet):
+        if p.name in ("pull_coupon", "friction_sled"):
             groups = [("off the robot", p.quantity)]
+        elif p.name.startswith("foot"):
+            groups = _groups_of_feet(p.quantity, [f for f in feet if f.part == p.name])
         elif p.name.startswith("cap"):
             servo_caps = 2 * len(p.modules)
             groups = [("plain rods", p.quantity - servo_caps), ("servo rod", servo_caps)]
@@ -193,7 +200,7 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
             groups = [("passive cables", p.quantity)]
         else:
             groups = [("links" if p.name == "link" else "servo rod", p.quantity)]
-        where = f"; modules {_list(list(p.modules))}" if len(p.modules) < morphology.n_modules else ""
+        where = f"; modules {_list(list(p.modules))}" if 0 < len(p.modules) < morphology.n_modules else ""
         material = materials.plastic.material
         if p.flexible:
             printed = materials.cable.form == "printed"
@@ -210,6 +217,14 @@ def _printed(morphology: Morphology, materials: Materials) -> list[Part]:
             for group, quantity in groups
         ]
     return result
+
+
+def _groups_of_feet(quantity: int, on_robot: list[Foot]) -> list[tuple[str, int]]:
+    """Return how many feet of a kind go with which group; those not on the robot are for the test."""
+    heavy = sum(t.rod_of(f.node) == t.SERVO_ROD for f in on_robot)
+    plain = len(on_robot) - heavy
+    every = [("plain rods", plain), ("servo rod", heavy), ("off the robot", quantity - plain - heavy)]
+    return [(group, n) for group, n in every if n]
 
 
 def _bought(morphology: Morphology, materials: Materials) -> list[Part]:

@@ -9,6 +9,7 @@ from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import bill_of_materials
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.cut_lists import cables, rods
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.joints import joints, orientations
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.assembly import robot_glb
@@ -22,20 +23,25 @@ NAME_IN_MODEL: Final = "name_in_robot_xml"
 """Heading of what a cable or rod is called in the model, which counts modules from 0."""
 
 
-def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str, bytes]:
+def fabrication_files(
+    morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()
+) -> dict[str, bytes]:
     """Return name and content of every file to cut, print and buy from; equal robots give equal bytes.
 
     ``parts/NAME.stl`` and ``parts/NAME.3mf`` (mm), ``net/NAME.dxf`` and ``net/NAME.svg`` (1:1, mm),
-    ``robot.glb`` (metres), ``bill_of_materials.csv``, ``cables.csv``, ``rods.csv``, ``joints.csv``.
+    ``robot.glb`` (metres), ``bill_of_materials.csv``, ``cables.csv``, ``rods.csv``, ``joints.csv``, and
+    ``feet.csv`` if the robot has some.
     """
     files = {
-        "robot.glb": robot_glb(morphology, materials),
-        "bill_of_materials.csv": bill_of_materials(morphology, materials).encode(),
+        "robot.glb": robot_glb(morphology, materials, feet),
+        "bill_of_materials.csv": bill_of_materials(morphology, materials, feet).encode(),
         "cables.csv": _cables(morphology, materials),
         "rods.csv": _rods(morphology, materials),
         "joints.csv": _joints(morphology),
     }
-    for part in printed_parts(morphology, materials):
+    if feet:
+        files["feet.csv"] = _feet(feet)
+    for part in printed_parts(morphology, materials, feet):
         files[f"parts/{part.name}.stl"] = stl_bytes(part.solid, part.name)
         files[f"parts/{part.name}.3mf"] = threemf_bytes(part.solid, part.name)
     for design in {d.level: d for d in design_cables(morphology, materials)}.values():
@@ -44,6 +50,19 @@ def fabrication_files(morphology: Morphology, materials: Materials) -> dict[str,
         files[f"{name}.dxf"] = dxf_bytes(net, design)
         files[f"{name}.svg"] = svg_bytes(net, design)
     return files
+
+
+def _feet(feet: tuple[Foot, ...]) -> bytes:
+    header = ["foot", "module", "node", "part", "clock_degrees", "on_ground_percent"]
+    header += ["forward_cm", "backward_cm", "off_degrees"]
+    rows = [
+        [
+            *(f.number, t.module_number(f.module), f.node, f.part, f.clock, f"{100 * f.share:.1f}"),
+            *(f"{100 * f.forward:.2f}", f"{100 * f.backward:.2f}", f"{f.off:.0f}"),
+        ]
+        for f in feet
+    ]
+    return csv_text([header, *rows]).encode()
 
 
 def _mm(value: float | None, scale: float = 1e3) -> str:

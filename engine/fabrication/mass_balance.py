@@ -9,6 +9,7 @@ import numpy as np
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import GROUPS, Part, parts
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.servo_parts import servo_rod_centre_of_mass
 
@@ -55,9 +56,9 @@ class MassBalance:
         return sum(line.built for line in self.lines)
 
 
-def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
-    """Compare a robot's simulated mass with that of its parts, group by group."""
-    listed = parts(morphology, materials)
+def mass_balance(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()) -> MassBalance:
+    """Compare a robot's simulated mass with that of its parts and feet, group by group."""
+    listed = parts(morphology, materials, feet)
     n = morphology.n_modules
     simulated = dict.fromkeys(GROUPS, 0.0)
     simulated["plain rods"] = n * (len(t.RODS) - 1) * t.ROD_MASS
@@ -73,8 +74,8 @@ def mass_balance(morphology: Morphology, materials: Materials) -> MassBalance:
     )
     off = servo_rod_centre_of_mass(materials, rod) - np.array(t.SERVO_ROD_CENTRE_OF_MASS)
     why = {
-        "plain rods": f"{materials.rod.material} and two printed caps each",
-        "servo rod": "rod, caps, servo, mount, drum and screws"
+        "plain rods": f"{materials.rod.material} and two printed caps each{', and feet' if feet else ''}",
+        "servo rod": f"rod, caps,{' feet,' if feet else ''} servo, mount, drum and screws"
         + (", and ballast for what the module lacks" if ballast else "")
         + f"; without ballast its centre of mass lies {1e3 * float(np.linalg.norm(off)):.0f} mm off the"
         " simulated one",

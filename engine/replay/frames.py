@@ -41,6 +41,7 @@ class FrameMaker:
         poses = span.qpos[rows, 0, self._copy].astype(np.float32).reshape(*lengths.shape[:2], -1, 7)
         heads = poses[:, self._head.module, list(self._head.front), :2].mean(axis=1)
         sensed = None if span.sensed is None else span.sensed[rows, 0, self._copy]
+        forces = None if span.forces is None else span.forces[rows, 0, self._copy].astype(np.float16)
         finder = self._finder(span)
         return [
             ReplayFrame(
@@ -50,6 +51,7 @@ class FrameMaker:
                 head=heads[k],
                 find_contacts=finder.later(poses[k].ravel()),
                 sensed=None if sensed is None else sensed[k],
+                forces=None if forces is None else forces[k],
             )
             for k, number in enumerate(numbers)
         ]

@@ -35,6 +35,7 @@ class ReplayFrame:
         head: (2,) float32 horizontal position of the head, in m.
         find_contacts: returns the contacts; it may take a moment at the first call.
         sensed: (inputs,) what its controller sensed at the last update, None before the trial begins.
+        forces: (modules, 12, 3) float16 of the ground on its nodes, in N; None where nobody knows them.
     """
 
     time: float
@@ -43,6 +44,7 @@ class ReplayFrame:
     head: np.ndarray
     find_contacts: Callable[[], np.ndarray]
     sensed: np.ndarray | None = None
+    forces: np.ndarray | None = None
 
     @property
     def contacts(self) -> np.ndarray:
@@ -151,8 +153,8 @@ def nearest_index(replay: Playable, moment: float) -> int:
 def between(one: ReplayFrame, other: ReplayFrame, part: float) -> ReplayFrame:
     """Interpolate between a frame, at ``part`` 0, and one soon after it, at 1.
 
-    Positions, lengths and the head move along straight lines, rods turn as ``mix_turns`` has it. Contacts
-    and what is sensed are the nearer frame's.
+    Positions, lengths and the head move along straight lines, rods turn as ``mix_turns`` has it. Contacts,
+    forces and what is sensed are the nearer frame's.
     """
     nearer = one if part < 0.5 else other
     pose = mix(one.pose, other.pose, part)
@@ -164,6 +166,7 @@ def between(one: ReplayFrame, other: ReplayFrame, part: float) -> ReplayFrame:
         head=mix(one.head, other.head, part),
         find_contacts=nearer.find_contacts,
         sensed=nearer.sensed,
+        forces=nearer.forces,
     )
 
 

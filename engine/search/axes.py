@@ -8,6 +8,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from engine.body.feet import FEET
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.search.archive import Cell
@@ -21,6 +22,7 @@ _BODY: Final[Mapping[str, Callable[[Morphology], float]]] = {
     "stiffness": lambda body: body.stiffness,
     "softest": lambda body: min(body.stiffnesses),
     "stiffest": lambda body: max(body.stiffnesses),
+    "feet": lambda body: float(FEET.index(body.feet)),
 }
 
 

@@ -32,7 +32,7 @@ class DoubleMapMapElites(MapSearch):
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of an archive as they are now."""
         if archive == "morphology":
-            return morphology_axes(self._stiffness)
+            return morphology_axes(self._stiffness, feet=self._feet_axis)
         return self._trajectories.axes()
 
     def state(self) -> dict[str, Any]:
@@ -57,7 +57,7 @@ class DoubleMapMapElites(MapSearch):
             archive.restore({cell: [known[n] for n in held] for cell, held in members.items()})
 
     def _create_archives(self) -> None:
-        self._morphology = morphology_archive(self._stiffness)
+        self._morphology = morphology_archive(self._stiffness, feet=self._feet_axis)
         shape = self._config.controller_cells
         controller = GridArchive(shape=shape)
         if self._config.cell_capacity > 1:
@@ -75,5 +75,5 @@ class DoubleMapMapElites(MapSearch):
 
     def _offer(self, whole: Sequence[Evaluation]) -> None:
         for e in whole:
-            self._morphology.add(morphology_cell(e.solution.morphology), e)
+            self._morphology.add(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
         self._trajectories.tell(self._generation, whole)

@@ -36,16 +36,16 @@ class MapElites(MapSearch):
         """Describe the axes of the archive as they are now: first the body's, then the trajectory's."""
         if archive not in self.archives:
             raise KeyError(archive)
-        return (*morphology_axes(self._stiffness), *self._trajectories.axes())
+        return (*morphology_axes(self._stiffness, feet=self._feet_axis), *self._trajectories.axes())
 
     def _create_archives(self) -> None:
-        cells = self._config.controller_cells
+        cells, stiffness, feet = self._config.controller_cells, self._stiffness, self._feet_axis
         self._trajectories = TrajectoryArchive(
             archive=GridArchive(
-                shape=(*morphology_shape(self._stiffness), *cells),
-                n_possible=n_possible_morphology_cells(self._stiffness) * cells[0] * cells[1],
+                shape=(*morphology_shape(stiffness, feet=feet), *cells),
+                n_possible=n_possible_morphology_cells(stiffness, feet=feet) * cells[0] * cells[1],
             ),
-            first_axes=lambda e: morphology_cell(e.solution.morphology),
+            first_axes=lambda e: morphology_cell(e.solution.morphology, feet=self._feet_axis),
             refit_generations=self._config.refit_generations,
             sensory=self._config.sensory,
         )

@@ -143,6 +143,7 @@ class MapSearch(Algorithm):
         stiffness: whether a body's modules share one stiffness.
         rhythms: whether its modules have rhythms.
         feet: those that a body may have.
+        feet_axis: whether they are one more axis of the body.
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
         variation: how new solutions come about.
@@ -163,6 +164,7 @@ class MapSearch(Algorithm):
         stiffness: StiffnessMode = "shared",
         rhythms: bool = False,
         feet: Sequence[Feet] = ("none",),
+        feet_axis: bool = False,
         overlap: int = 0,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
@@ -170,6 +172,7 @@ class MapSearch(Algorithm):
         check_overlap(overlap)
         self._config = config
         self._stiffness: StiffnessMode = stiffness
+        self._feet_axis = feet_axis
         self._budget = budget
         self._variation = Variation(
             n_inputs=n_inputs,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.body.feet import FEET
 from engine.body.module import MAX_MODULES, MIN_MODULES
 from engine.body.morphology import StiffnessMode
 from engine.search.archive import Cell, GridArchive
@@ -20,18 +21,22 @@ from engine.search.descriptors import (
 from engine.simulation.evaluation import Evaluation
 
 
-def morphology_archive(stiffness: StiffnessMode) -> GridArchive:
+def morphology_archive(stiffness: StiffnessMode, *, feet: bool = False) -> GridArchive:
     """Return an empty archive for the cells of ``descriptors.morphology_cell``."""
-    return GridArchive(shape=morphology_shape(stiffness), n_possible=n_possible_morphology_cells(stiffness))
+    return GridArchive(
+        shape=morphology_shape(stiffness, feet=feet),
+        n_possible=n_possible_morphology_cells(stiffness, feet=feet),
+    )
 
 
-def morphology_axes(stiffness: StiffnessMode) -> tuple[Axis, ...]:
+def morphology_axes(stiffness: StiffnessMode, *, feet: bool = False) -> tuple[Axis, ...]:
     """Describe the axes of the body."""
     n_sizes, n_levels = morphology_shape(stiffness)[:2]
     names = ("softest", "stiffest") if stiffness == "per-module" else ("stiffness",)
     return (
         Axis("modules", MIN_MODULES - 0.5, MAX_MODULES + 0.5, n_sizes),
         *(Axis(name, 0.05, 0.05 + n_levels / 10, n_levels) for name in names),
+        *((Axis("feet", -0.5, len(FEET) - 0.5, len(FEET)),) if feet else ()),
     )
 
 

@@ -123,6 +123,7 @@ class VieNeat(Algorithm):
         stiffness: whether a body's modules share one stiffness.
         rhythms: whether its modules have rhythms.
         feet: those that a body may have.
+        feet_axis: whether they are one more axis of the body.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
         variation: the rates of bodies and controllers; the weights of its operators do not count.
@@ -141,12 +142,14 @@ class VieNeat(Algorithm):
         stiffness: StiffnessMode = "shared",
         rhythms: bool = False,
         feet: Sequence[Feet] = ("none",),
+        feet_axis: bool = False,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
         self._budget = budget
         self._rng = random.Random(seed)
         self._stiffness: StiffnessMode = stiffness
+        self._feet_axis = feet_axis
         self._bodies = ViabilityPopulation(
             size=config.morphologies,
             n_mutants=config.mutants,
@@ -165,7 +168,7 @@ class VieNeat(Algorithm):
             maximise=config.maximise,
             rng=self._rng,
         )
-        self._archive = morphology_archive(stiffness)
+        self._archive = morphology_archive(stiffness, feet=feet_axis)
         self._generation = 0
         self._n_asked = 0
         self._candidates: list[Candidate] = []
@@ -195,7 +198,7 @@ class VieNeat(Algorithm):
         """Describe the axes of the archive."""
         if archive not in self.archives:
             raise KeyError(archive)
-        return morphology_axes(self._stiffness)
+        return morphology_axes(self._stiffness, feet=self._feet_axis)
 
     def ask(self) -> list[Solution]:
         """Return random pairs of the bodies and controllers that are to be tried."""
@@ -231,7 +234,7 @@ class VieNeat(Algorithm):
         for pair, e in zip(self._pairs, ordered, strict=True):
             if e.fitness is None:
                 continue
-            self._archive.add(morphology_cell(e.solution.morphology), e)
+            self._archive.add(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
             of_body.setdefault(pair.candidate, []).append((e.fitness, e.solution.number))
             of_controller.setdefault(pair.controller, []).append(e.fitness)
         self._bodies.tell(

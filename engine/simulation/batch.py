@@ -214,6 +214,7 @@ class Span:
         qpos: (K, R, C, 7 x rods) generalised coordinates after every update, in MuJoCo's order.
         commanded: (K, R, C, modules, 5) commanded lengths of the internal cables, in m.
         sensed: (K, R, C, inputs) what the controllers sensed, None while the robots settle.
+        forces: (K, R, C, modules, 12, 3) of the ground on the nodes, in N; None where nobody knows them.
     """
 
     sim: Simulations
@@ -221,6 +222,7 @@ class Span:
     qpos: np.ndarray
     commanded: np.ndarray
     sensed: np.ndarray | None
+    forces: np.ndarray | None = None
 
     @classmethod
     def of(cls, sim: Simulations, sensed: np.ndarray | None = None) -> Self:

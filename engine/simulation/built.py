@@ -66,6 +66,10 @@ class Built:
     """Standard deviation of every sensed distance."""
     heading_noise: float = 0.0
     """Standard deviation of every sensed bearing, in degrees."""
+    feet_forward: float = 0.0
+    """Friction coefficient of directional feet while they slide forward; 0 for the physics' own."""
+    feet_backward: float = 0.0
+    """The same while they do not; 0 for the physics' own."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -76,7 +80,8 @@ class Built:
         for name in ("plain_rod_mass", "servo_rod_mass", "rest_length", "line_stiffness", "travel"):
             if getattr(self, name) <= 0.0:
                 raise InvalidData(f"built: {name} must be positive, not {getattr(self, name)}")
-        for name in ("line_limit", "servo_rate", "dead_band", "position_noise", "heading_noise"):
+        feet = ("feet_forward", "feet_backward")
+        for name in ("line_limit", "servo_rate", "dead_band", "position_noise", "heading_noise", *feet):
             if getattr(self, name) < 0.0:
                 raise InvalidData(f"built: {name} must not be negative, not {getattr(self, name)}")
         if not 0.0 <= self.sensing_delay <= MOST_DELAYED:
@@ -176,6 +181,10 @@ class Spread:
     """Of what stands for both noises of the senses."""
     friction: float = 0.0
     """Of the coefficient of friction."""
+    feet_forward: float = 0.0
+    """Of the coefficient of directional feet while they slide forward."""
+    feet_backward: float = 0.0
+    """The same while they do not."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -212,8 +221,8 @@ class Deviates:
         return float(max(0.1, 1.0 + deviation * self.next(1)[0]))
 
 
-def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, float]:
-    """Return one of the robots of a design, and the factor on its friction.
+def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, float, tuple[float, float]]:
+    """Return one of the robots of a design, and factors on its friction and on that of its feet.
 
     Every figure has a place of its own among the draws, so that one of them may be left out of the spread
     without a change of the others.
@@ -251,7 +260,8 @@ def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, f
         position_noise=built.position_noise * senses,
         heading_noise=built.heading_noise * senses,
     )
-    return changed, by.factor(spread.friction)
+    friction = by.factor(spread.friction)
+    return changed, friction, (by.factor(spread.feet_forward), by.factor(spread.feet_backward))
 
 
 def _unless_all(usual: float, numbers: Sequence[float] | np.ndarray) -> tuple[float, ...]:

@@ -212,7 +212,7 @@ def build_robot(morphology: Morphology, physics: Physics, *, gravity: bool = Tru
         n_modules=morphology.n_modules,
         spec=spec,
         feet=FEET_WAY[morphology.feet],
-        feet_friction=(physics.feet_forward, physics.feet_backward),
+        feet_friction=physics.feet_friction,
     )
 
 

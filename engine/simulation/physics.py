@@ -76,12 +76,12 @@ class Physics:
         for name in (f.name for f in dataclasses.fields(self) if f.name not in others):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InvalidData(f"physics: {name} must be positive, not {getattr(self, name)}")
-        if not 0.0 < self.feet_forward <= self.feet_backward <= MOST_FRICTION:
-            raise InvalidData(
-                "physics: friction of feet must be above 0 and backward at least as large as forward, at most"
-                f" {MOST_FRICTION:g}; feet_forward is {self.feet_forward:g}, feet_backward"
-                f" {self.feet_backward:g}"
-            )
+        for forward, backward in ((self.feet_forward, self.feet_backward), self.feet_friction):
+            if not 0.0 < forward <= backward <= MOST_FRICTION:
+                raise InvalidData(
+                    "physics: friction of feet must be above 0 and backward at least as large as forward, at"
+                    f" most {MOST_FRICTION:g}; feet_forward is {forward:g}, feet_backward {backward:g}"
+                )
         if not 1e-3 <= self.inertia_scale <= 1e3:
             raise InvalidData(f"physics: inertia_scale must be from 0.001 to 1000, not {self.inertia_scale}")
         if not 0.0 <= self.servo_noise < math.inf:
@@ -103,6 +103,12 @@ class Physics:
         step = 1000 * self.timestep
         built = "" if self.built == Built() else ", as built"
         return f"{self.simulator}, inertia x {self.inertia_scale:g}, time step {step:.4g} ms{built}"
+
+    @property
+    def feet_friction(self) -> tuple[float, float]:
+        """Friction of directional feet, forward and backward: that of robots as built, where it is known."""
+        built = self.built
+        return built.feet_forward or self.feet_forward, built.feet_backward or self.feet_backward
 
     @property
     def steps_per_control(self) -> int:
@@ -197,7 +203,13 @@ def one_of(physics: Physics, seed: tuple[int, ...]) -> Physics:
         physics: the design and how its robots differ.
         seed: whole numbers that name the robot.
     """
-    built, friction = drawn(physics.built, physics.spread, seed)
+    built, friction, feet = drawn(physics.built, physics.spread, seed)
+    if any((physics.spread.feet_forward, physics.spread.feet_backward)):
+        forward, backward = (
+            min(own * factor, MOST_FRICTION) for own, factor in zip(physics.feet_friction, feet, strict=True)
+        )
+        # what grips less backward than forward is no foot, and feet are no brakes
+        built = dataclasses.replace(built, feet_forward=forward, feet_backward=max(forward, backward))
     changed = dataclasses.replace(physics, friction=physics.friction * friction)
     return as_built(changed, built)
 
@@ -209,6 +221,10 @@ def physics_to_json(physics: Physics) -> dict[str, Any]:
         if getattr(physics, name) == usual:
             # older files and hashes of robots stay what they are
             del found[name]
+        else:
+            for own in ("feet_forward", "feet_backward"):
+                if not found[name][own]:
+                    del found[name][own]
     return found
 
 

@@ -57,6 +57,11 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, t
     expect(page.get_by_role("button", name="Start", exact=True)).to_have_count(0)
     press(page, "New run")
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_visible()
+    # however long it is, it leaves the replay's controls free
+    page.wait_for_function(
+        "() => document.querySelector('.mantine-Paper-root:has(.ta-window)').getBoundingClientRect().bottom"
+        " <= document.querySelector('.mantine-Paper-root:has(.ta-replay)').getBoundingClientRect().top + 1"
+    )
     press(page, "Take along")
     expect(page.get_by_role("button", name="Add to basket")).to_be_visible()
     expect(page.get_by_role("button", name="Start", exact=True)).to_have_count(0)
@@ -103,7 +108,7 @@ def test_nothing_reaches_beyond_the_window(address: str, chromium: Browser, size
     expect(page.locator(".ta-card")).to_be_visible()
     unfold(page)
     assert page.evaluate(CUT) == []
-    for window in ("Run", "New run", "Compare", "Side by side", "Take along"):
+    for window in ("Elites", "Run", "New run", "Breed", "Compare", "Side by side", "Take along"):
         press(page, window)
         page.wait_for_timeout(300)
         assert page.evaluate(CUT) == [], window

@@ -173,6 +173,7 @@ def test_a_file_from_before_there_were_feet_has_none_and_keeps_its_hash():
     "config",
     [
         RunConfig(body=BodyConfig(feet="evolved")),
+        RunConfig(body=BodyConfig(feet="evolved", feet_axis=True)),
         RunConfig(body=BodyConfig(feet="directional", feet_toward="start")),
         RunConfig(body=BodyConfig(feet="directional"), physics=Physics(feet_forward=0.2)),
         RunConfig(physics=Physics(feet_backward=0.9)),
@@ -181,6 +182,10 @@ def test_a_file_from_before_there_were_feet_has_none_and_keeps_its_hash():
 )
 def test_feet_survive_a_file(config):
     assert from_json(json.loads(json.dumps(to_json(config)))) == config
+
+
+def test_runs_from_before_feet_were_an_axis_keep_their_hash():
+    assert "feet_axis" not in json.dumps(to_json(RunConfig(body=BodyConfig(feet="evolved"))))
 
 
 def test_runs_that_mujoco_simulates_have_no_feet():

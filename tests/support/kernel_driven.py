@@ -21,7 +21,7 @@ from tests.support.made_up import evolved_controller
 
 PHYSICS = Physics()
 MORPHOLOGY = Morphology((4, 8), (3, 6))
-EVERYTHING = frozenset({"poses", "commands", "sensed"})
+EVERYTHING = frozenset({"poses", "commands", "sensed", "forces"})
 
 
 class Driven(NamedTuple):
@@ -89,6 +89,7 @@ def all_bytes(trials, motion):
     found = []
     for k in range(len(trials.scores)):
         parts = [motion.path[k], motion.poses[:, k], motion.commands[:, k], motion.sensed[:, k]]
+        parts += [motion.forces[:, k]]
         parts += [trials.scores[k], trials.rods[k], trials.head[k], trials.failures[k]]
         found.append(b"".join(np.ascontiguousarray(p).tobytes() for p in parts))
     return found

@@ -18,6 +18,7 @@ from engine.config import RunConfig, task_of
 from engine.errors import InvalidData, printable
 from engine.export import Trial, robot_hash, robot_id
 from engine.fabrication.as_built import Twin
+from engine.fabrication.dimensions.feet import NO_FEET, FeetPlan
 from engine.fabrication.dimensions.joints import Joint, joints
 from engine.search.archive import Cell, cell_name
 from engine.simulation.built import PUBLISHED, Built
@@ -59,6 +60,7 @@ class Facts:
         versions: of the programs that the run was made with.
         twin: the robot as it would be built; None if that was not asked for.
         as_built: how it does then.
+        feet: that it wears, if its gene says that it has some.
     """
 
     run_name: str
@@ -71,6 +73,7 @@ class Facts:
     versions: dict[str, str]
     twin: Twin | None = None
     as_built: AsBuilt | None = None
+    feet: FeetPlan = NO_FEET
 
     @property
     def built(self) -> Built:
@@ -196,6 +199,7 @@ def gather(
     place: ArchivePlace | None = None,
     twin: Twin | None = None,
     as_built: AsBuilt | None = None,
+    feet: FeetPlan = NO_FEET,
 ) -> Facts:
     """Collect what a build sheet is about.
 
@@ -206,6 +210,7 @@ def gather(
         place: where the robot was found.
         twin: the robot as it would be built.
         as_built: how it does then.
+        feet: that it wears.
     """
     return Facts(
         run_name=printable(reader.path.stem),
@@ -218,6 +223,7 @@ def gather(
         versions=reader.versions,
         twin=twin,
         as_built=as_built,
+        feet=feet,
     )
 
 

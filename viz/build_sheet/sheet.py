@@ -14,6 +14,7 @@ from viz.build_sheet.sections import (
     checks,
     cut_list,
     drawings,
+    feet,
     joining,
     net,
     performance,
@@ -50,11 +51,12 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         net.pages(facts, materials, sheet),
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),
+        feet.pages(facts, materials, sheet),
         [*wiring.pages(facts, materials, sheet), *steering.pages(facts, sheet)],
         [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
     story: list[Flowable] = []
-    for section in sections:
+    for section in filter(None, sections):
         if story:
             story.append(PageBreak())
         story += section

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from engine.body.feet import FEET, FEET_TEXT
 from engine.body.module import stiffness_n_per_m
 from engine.search.archive import Cell
 from engine.search.axes import Axis, body_axes, cell_centre, trajectory_axes
@@ -14,6 +15,7 @@ TITLES: Final = {
     "softest": "softest module",
     "stiffest": "stiffest module",
 }
+"""Of axes of stiffness."""
 STIFFNESS_UNIT: Final = "N/m"
 MAX_CENTRES: Final = 12
 """Most labels along an axis of the body."""
@@ -29,6 +31,8 @@ def title(axis: Axis) -> str:
 def value(axis: Axis, index: int) -> str:
     """Return the centre of a cell as text."""
     centre = cell_centre(axis, index)
+    if axis.name == "feet":
+        return FEET[round(centre)] if 0 <= round(centre) < len(FEET) else "?"
     return f"{centre:.0f}" if axis.name == "modules" else _signed(centre, 1)
 
 
@@ -73,6 +77,8 @@ def _describe(axis: Axis, index: int) -> str:
     text = value(axis, index)
     if axis.name == "modules":
         return f"{text} modules"
+    if axis.name == "feet":
+        return f"feet {FEET_TEXT[FEET[index]]}"
     if axis.name in TITLES:
         return f"{title(axis)} {text} ({stiffness_n_per_m(cell_centre(axis, index)):.0f} {STIFFNESS_UNIT})"
     return f"{title(axis)} {_bound(axis, index)} to {_bound(axis, index + 1)}"

@@ -59,7 +59,7 @@ class MapView:
             return project(content.elites, self.axes, lambda e: (-e.f_s, e.number))
         if self.kind == "section":
             return section(content.elites, dict(enumerate(outer))) if outer is not None else {}
-        return {cell: cell for cell in content.elites}
+        return {tuple(cell[a] for a in self.axes): cell for cell in content.elites}
 
     def cell_of(self, cell: Cell, outer: Cell | None) -> Cell | None:
         """Return the map's cell that a cell of the archive lies in, None if it lies in none."""
@@ -81,20 +81,24 @@ def layouts(archives: Mapping[str, tuple[Axis, ...]]) -> dict[str, Layout]:
         slug = re.sub(r"[^a-z0-9]+", "-", archive.lower())[:20].strip("-") or "archive"
         slugs[archive] = slug if slug not in slugs.values() else f"{slug}-{len(slugs)}"
     found = {
-        layout: tuple(v for name, a in archives.items() for v in _views(name, slugs[name], len(a), layout))
+        layout: tuple(v for name, a in archives.items() for v in _views(name, slugs[name], a, layout))
         for layout in offered
     }
     return {layout: views for layout, views in found.items() if views}
 
 
-def _views(archive: str, slug: str, n_axes: int, layout: str) -> list[MapView]:
+def _views(archive: str, slug: str, axes: tuple[Axis, ...], layout: str) -> list[MapView]:
+    n_axes = len(axes)
     if n_axes == 2:
         return [MapView(slug, archive, "whole", (0, 1))]
     if n_axes not in (3, 4):
         return []
     pairs = ((0, 1), (0, 2)) if n_axes == 3 else ((0, 1), (2, 3))
     projections = [MapView(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
-    nested = MapView(f"{slug}-nested", archive, "nested", tuple(range(n_axes)))
+    order = tuple(range(n_axes))
+    if axes[-1].name == "feet":  # a map of the body for each kind of feet
+        order = (order[-1], *order[:-1])
+    nested = MapView(f"{slug}-nested", archive, "nested", order)
     if layout == PROJECTED:
         return projections
     if n_axes == 3:

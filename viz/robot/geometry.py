@@ -1,4 +1,4 @@
-"""A robot as it is drawn: rods, nodes, cables and their tension, at any moment of a replay."""
+"""A robot as it is drawn, at any moment of a replay: rods, nodes, cables with their tension, friction."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.body.kinematics import internal_tension, passive_tension
+from engine.body.kinematics import internal_tension, passive_tension, points_on
 from engine.body.morphology import Morphology
 from engine.replay.recording import Playable, mix, mix_turns, place_of
 from viz import theme
@@ -26,6 +26,16 @@ STRAIN_FULL_COLOR: Final = 1.6
 """Strain at which a passive cable of the stiffest module has its full colour; a settled module is at 1.3."""
 AT_ONCE: Final = 25
 """Frames of a replay that are drawn at once: a second's worth."""
+ARROW_PER_NEWTON: Final = 0.5
+"""Length of an arrow in m for a friction of 1 N: 1 cm is 0.02 N, a twelfth of a module's weight."""
+LEAST_FRICTION: Final = 0.004
+"""Friction in N below which no arrow is drawn."""
+ARROW_HEAD: Final = 0.006
+"""Length of the strokes of an arrow's head, in m."""
+ARROW_LIFT: Final = 0.004
+"""How high arrows lie over the ground, in m."""
+_NODE_RODS: Final = np.arange(len(t.NODES)) // 2
+_NODE_PLACES: Final = t.NODES - t.ROD_MIDDLES[_NODE_RODS]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -224,3 +234,27 @@ def _multiply(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     pw, pu, qw, qu = p[..., :1], p[..., 1:], q[..., :1], q[..., 1:]
     w = pw * qw - (pu * qu).sum(axis=-1, keepdims=True)
     return np.concatenate([w, pw * qu + qw * pu + np.cross(pu, qu)], axis=-1)
+
+
+def friction_arrows(pose: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Return the (n, 3, 2, 3) float32 strokes of arrows in m: shaft and both sides of the head.
+
+    They say how the ground pushes the robot, and begin where it does.
+
+    Args:
+        pose: (M, 6, 7) positions in m and quaternions (w, x, y, z) of the rods.
+        forces: (M, 12, 3) of the ground on the nodes, in N.
+    """
+    level = forces[..., :2].astype(float)
+    size = np.linalg.norm(level, axis=-1)
+    felt = size >= LEAST_FRICTION
+    if not felt.any():
+        return np.zeros((0, 3, 2, 3), np.float32)
+    start = points_on(pose.astype(float), _NODE_RODS, _NODE_PLACES)[felt]
+    start[:, 2] = ARROW_LIFT
+    way = np.zeros_like(start)
+    way[:, :2] = level[felt] / size[felt][:, None]
+    tip = start + ARROW_PER_NEWTON * size[felt][:, None] * way
+    side = np.stack([-way[:, 1], way[:, 0], way[:, 2]], axis=-1)
+    heads = [np.stack([tip, tip - ARROW_HEAD * (0.8 * way + sign * 0.6 * side)], axis=1) for sign in (-1, 1)]
+    return np.stack([np.stack([start, tip], axis=1), *heads], axis=1).astype(np.float32)

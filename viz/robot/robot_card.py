@@ -26,7 +26,9 @@ _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
     '<span style="opacity:.65;white-space:nowrap">{}</span><span style="text-align:right">{}</span></div>'
 )
-_EXPLAINED = '<span title="{}" style="text-decoration:underline dotted;cursor:help">{}</span>'
+_EXPLAINED = (
+    '<span title="{}" style="text-decoration:underline dotted;white-space:nowrap;cursor:help">{}</span>'
+)
 
 
 def render(

@@ -1,9 +1,10 @@
-"""What the colours of the cables mean, as a small HTML legend."""
+"""What the colours of the cables and the arrows of friction mean, as a small HTML legend."""
 
 from __future__ import annotations
 
 from engine.body import module as t
 from viz import theme
+from viz.robot.geometry import ARROW_PER_NEWTON
 
 
 def render(full_tension: float) -> str:
@@ -18,6 +19,16 @@ def render(full_tension: float) -> str:
         + _bar("cables", theme.CABLE_SLACK, theme.CABLE_TAUT, full_tension)
         + _bar("servo", theme.SERVO_SLACK, theme.SERVO_TAUT, t.SERVO_MAX_TENSION)
         + "</span>"
+    )
+
+
+def friction() -> str:
+    """Return the legend of the arrows on the ground."""
+    return (
+        '<span class="ta-tension" title="How hard the ground pushes a rod end along the floor"'
+        ' style="white-space:nowrap;font-size:11.5px;margin-left:10px">friction'
+        f' <span style="color:{theme.css(theme.CONTACT)}">⟶</span>'
+        f' <span style="opacity:.7">1 cm: {0.01 / ARROW_PER_NEWTON:.2g} N</span></span>'
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import functools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
@@ -25,6 +26,7 @@ from engine.fabrication.dimensions.cables import (
     design_cables,
     working_length,
 )
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.servo_parts import drum_errors, servo_rod_centre_of_mass
 
@@ -55,6 +57,9 @@ HEADING_NOISE: Final = 2.0
 NOISE_SPREAD: Final = 0.5
 FRICTION_SPREAD: Final = 0.15
 """Standard deviation of the friction of the floor, in parts of the coefficient."""
+
+FEET_UNMEASURED: Final = 0.25
+"""Standard deviation of both coefficients of feet that nobody has tested, in parts of them."""
 
 
 class Origin(enum.StrEnum):
@@ -101,7 +106,10 @@ class Deviation:
 
 
 def deviations(
-    morphology: Morphology, materials: Materials, levels: Iterable[int] | None = None
+    morphology: Morphology,
+    materials: Materials,
+    levels: Iterable[int] | None = None,
+    feet: tuple[Foot, ...] = (),
 ) -> tuple[Deviation, ...]:
     """Return every difference between a robot as built of some materials and as simulated.
 
@@ -110,11 +118,12 @@ def deviations(
         materials: what it is built from.
         levels: stiffness levels for which the figures hold; by default the body's own. A search needs all,
             and takes masses and centre of mass of a typical body for those of every other.
+        feet: that it wears, for their masses.
     """
     wanted = sorted(set(morphology.stiffness_levels if levels is None else levels))
     makers: Sequence[Callable[[Morphology, Materials], Deviation]] = (
-        _masses,
-        _centre_of_mass,
+        functools.partial(_masses, feet=feet),
+        functools.partial(_centre_of_mass, feet=feet),
         lambda _, materials: _cables(wanted, materials),
         _rest_length,
         _line_elastic,
@@ -124,6 +133,7 @@ def deviations(
         _servo,
         _sensing,
         _friction,
+        *((_feet,) if morphology.feet != "none" else ()),
     )
     return tuple(make(morphology, materials) for make in makers)
 
@@ -137,13 +147,13 @@ def friction_spread(design: CableDesign, materials: Materials) -> float:
     return abs(less - more) / (2 * design.working)
 
 
-def _masses(morphology: Morphology, materials: Materials) -> Deviation:
-    plain, heavy = _rod_masses(morphology, materials)
+def _masses(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...]) -> Deviation:
+    plain, heavy = _rod_masses(morphology, materials, feet)
     return Deviation(
         key="mass",
         name="masses",
         simulated=f"{_g(t.ROD_MASS)} per plain rod, {_g(t.SERVO_ROD_MASS)} with servo",
-        built=f"{_g(plain)} and {_g(heavy)}, with caps, cables and links",
+        built=f"{_g(plain)} and {_g(heavy)}, with caps,{' feet,' if feet else ''} cables and links",
         spread=f"± {50 * tolerances.MASS:.0f} %",
         origin=Origin.COMPUTED,
         source="bill of materials",
@@ -153,13 +163,13 @@ def _masses(morphology: Morphology, materials: Materials) -> Deviation:
     )
 
 
-def _rod_masses(morphology: Morphology, materials: Materials) -> tuple[float, float]:
+def _rod_masses(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...]) -> tuple[float, float]:
     """Return the masses in kg of a plain and of a servo rod, with what hangs on them.
 
     Passive cables and links hang on all rods alike, the internal cables on the servo rod.
     """
     groups: dict[str, float] = {}
-    for part in parts(morphology, materials):
+    for part in parts(morphology, materials, feet):
         groups[part.group] = groups.get(part.group, 0.0) + part.quantity * part.mass
     n, rods = morphology.n_modules, len(t.RODS)
     shared = (groups["passive cables"] + groups.get("links", 0.0)) / (n * rods)
@@ -167,8 +177,8 @@ def _rod_masses(morphology: Morphology, materials: Materials) -> tuple[float, fl
     return plain, (groups["servo rod"] + groups["internal cables"]) / n + shared
 
 
-def _centre_of_mass(morphology: Morphology, materials: Materials) -> Deviation:
-    middle = built_centre_of_mass(morphology, materials)
+def _centre_of_mass(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...]) -> Deviation:
+    middle = built_centre_of_mass(morphology, materials, feet)
     off = float(np.linalg.norm(middle - np.array(t.SERVO_ROD_CENTRE_OF_MASS)))
     x, y, z = (1e3 * v for v in middle)
     return Deviation(
@@ -185,9 +195,11 @@ def _centre_of_mass(morphology: Morphology, materials: Materials) -> Deviation:
     )
 
 
-def built_centre_of_mass(morphology: Morphology, materials: Materials) -> np.ndarray:
-    """Return (3,) the centre of mass of a servo rod with its ballast, in m, in the rod's frame."""
-    listed = parts(morphology, materials)
+def built_centre_of_mass(
+    morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()
+) -> np.ndarray:
+    """Return (3,) the mean centre of mass of servo rods with ballast and feet, in m, in the rod's frame."""
+    listed = parts(morphology, materials, feet)
     n = morphology.n_modules
     ballast = sum(p.mass for p in listed if p.name == "ballast")
     rod = sum(
@@ -199,7 +211,13 @@ def built_centre_of_mass(morphology: Morphology, materials: Materials) -> np.nda
     total = sum(p.quantity * p.mass for p in listed if p.group == "servo rod") / n
     tail = float(np.mean([d.tail for d in design_cables(morphology, materials)]))
     at = np.array([0.0, (t.ROD_LENGTH - BALLAST_LENGTH) / 2 - tail, 0.0])
-    return np.asarray(((total - ballast) * bare + ballast * at) / total)
+    weighs = {p.name: p.mass for p in listed}
+    # a foot sits on a node, which is half a rod away from the middle
+    ends = {a: np.sign(t.NODES[a, 1]) * t.ROD_LENGTH / 2 for a in t.RODS[t.SERVO_ROD]}
+    worn = [(weighs[f.part] / n, ends[f.node]) for f in feet if f.node in ends]
+    moment = np.array([0.0, sum(mass * place for mass, place in worn), 0.0])
+    others = total - ballast - sum(mass for mass, _ in worn)
+    return np.asarray((others * bare + ballast * at + moment) / total)
 
 
 def _cables(levels: Sequence[int], materials: Materials) -> Deviation:
@@ -356,6 +374,37 @@ def _friction(_morphology: Morphology, _materials: Materials) -> Deviation:
         source="a floor found by the sheet's tilting test",
         remedy="paper or cloth on the floor, chosen by the tilting test",
         scatter={"friction": FRICTION_SPREAD},
+    )
+
+
+def _feet(_morphology: Morphology, materials: Materials) -> Deviation:
+    test = materials.feet_test
+    names = ("feet_forward", "feet_backward")
+    if test is None:
+        return Deviation(
+            key="feet",
+            name="friction of the feet",
+            simulated="as in the run",
+            built="as in the run: nobody has measured it",
+            spread=f"± {100 * FEET_UNMEASURED:.0f} % each",
+            origin=Origin.ASSUMED,
+            source="no friction test",
+            remedy="the friction test, entered in the materials file, and exporting again",
+            scatter=dict.fromkeys(names, FEET_UNMEASURED),
+        )
+    forward, backward = test.friction
+    spread = test.spread
+    return Deviation(
+        key="feet",
+        name="friction of the feet",
+        simulated="as in the run",
+        built=f"{forward:.2f} forward, {backward:.2f} backward",
+        spread=f"± {100 * spread[0]:.0f} % and ± {100 * spread[1]:.0f} %",
+        origin=Origin.MEASURED,
+        source=f"friction test, {len(test.forward)} and {len(test.backward)} angles",
+        remedy="another floor or filament, or evolving with the measured pair",
+        figures=dict(zip(names, (forward, backward), strict=True)),
+        scatter=dict(zip(names, spread, strict=True)),
     )
 
 

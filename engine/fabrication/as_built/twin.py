@@ -9,10 +9,13 @@ from typing import Any, Final
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.as_built.deviations import Deviation, deviations
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.materials import Materials
 from engine.simulation.built import Built, Spread
 from engine.simulation.physics import Physics, as_built, one_of
 
+FEET_PAIRS: Final = ((0.3, 0.8), (0.35, 0.7), (0.4, 0.6), (0.45, 0.55), (0.5, 0.5))
+"""Friction of feet, forward and backward, with which a robot that has some is tried: from good to none."""
 SOFT: Final = 2
 """The stiffness level whose masses and centre of mass stand for those of all bodies that a search tries.
 
@@ -28,10 +31,12 @@ class Twin:
     Attributes:
         physics: of the run, whose robots may be as built themselves.
         deviations: how the built robot differs from the published one.
+        footed: whether it has feet that grip one way.
     """
 
     physics: Physics
     deviations: tuple[Deviation, ...]
+    footed: bool = False
 
     @property
     def built(self) -> Built:
@@ -72,9 +77,22 @@ class Twin:
             if dataclasses.replace(self.physics.built, **d.figures) != self.physics.built
         }
 
+    def feet_pairs(self) -> Mapping[tuple[float, float], Physics]:
+        """Return the design's physics with each of ``FEET_PAIRS``; none for a robot without feet."""
+        return {
+            pair: as_built(
+                self.physics, dataclasses.replace(self.built, feet_forward=pair[0], feet_backward=pair[1])
+            )
+            for pair in (FEET_PAIRS if self.footed else ())
+        }
+
 
 def twin_of(
-    physics: Physics, morphology: Morphology, materials: Materials, levels: Iterable[int] | None = None
+    physics: Physics,
+    morphology: Morphology,
+    materials: Materials,
+    levels: Iterable[int] | None = None,
+    feet: tuple[Foot, ...] = (),
 ) -> Twin:
     """Return the twin of a robot.
 
@@ -83,18 +101,27 @@ def twin_of(
         morphology: its body.
         materials: what it is built from.
         levels: stiffness levels for which it holds, see ``deviations``.
+        feet: that it wears.
 
     Raises:
         InvalidData: the materials give a robot that cannot be, such as one with a negative mass.
     """
+    forward, backward = physics.feet_friction
+    simulated = {
+        "friction": f"coefficient {physics.friction:g}",
+        "feet": f"{forward:g} forward, {backward:g} backward",
+    }
     described = tuple(
-        d if d.key != "friction" else dataclasses.replace(d, simulated=f"coefficient {physics.friction:g}")
-        for d in deviations(morphology, materials, levels)
+        dataclasses.replace(d, simulated=simulated.get(d.key, d.simulated))
+        for d in deviations(morphology, materials, levels, feet)
     )
-    return Twin(physics=dataclasses.replace(physics, spread=Spread()), deviations=described)
+    plain = dataclasses.replace(physics, spread=Spread())
+    return Twin(physics=plain, deviations=described, footed=morphology.feet != "none")
 
 
-def search_physics(physics: Physics, materials: Materials, *, spread: bool, level: int = SOFT) -> Physics:
+def search_physics(
+    physics: Physics, materials: Materials, *, spread: bool, level: int = SOFT, footed: bool = False
+) -> Physics:
     """Return the physics to search with for robots that are to be built.
 
     Args:
@@ -102,7 +129,8 @@ def search_physics(physics: Physics, materials: Materials, *, spread: bool, leve
         materials: what its robots will be built from.
         spread: whether every repeat of an evaluation has another robot of the design.
         level: stiffness level of the bodies whose masses and centre of mass it has, 1 to 10.
+        footed: whether robots may have feet; theirs have the friction that was measured, and no mass.
     """
-    body = Morphology(level, (1,) * 5)
+    body = Morphology(level, (1,) * 5, feet="end" if footed else "none")
     twin = twin_of(physics, body, materials, levels=range(1, t.N_STIFFNESS_LEVELS + 1))
     return twin.varied if spread else twin.nominal

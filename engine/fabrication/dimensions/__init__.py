@@ -8,5 +8,6 @@ Each is worked out from the body's genes, the simulated model and the materials.
 - ``cable_problems``: which of them cannot be made or would not last, and what would help.
 - ``cut_lists``: every cable and every rod, one a row, and how many rods to buy.
 - ``joints``: which face joins the next module, with which nodes and in which turn.
+- ``feet``: which rod ends get feet that grip one way, and where each points.
 - ``pull_test``: the coupon to print and pull before the cables are made.
 """

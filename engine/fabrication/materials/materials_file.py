@@ -1,14 +1,15 @@
 """A materials file: the TOML that says what a robot is built from. Three presets ship with the project.
 
 Keys carry their unit (``modulus_mpa``, ``length_mm``). Every key of a table is required and no other is
-allowed, so that a file says everything that the build sheet prints; ``[pull_test]`` alone may be left
-out. ``docs/fabrication.md`` explains each key.
+allowed, so that a file says everything that the build sheet prints; ``[pull_test]`` and ``[feet_test]`` may
+be left out. ``docs/fabrication.md`` explains each key.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import importlib.resources
+import math
 from pathlib import Path
 from typing import Final, get_args
 
@@ -22,6 +23,7 @@ from engine.fabrication.materials.properties import (
     CableForm,
     CableMaterial,
     Fastener,
+    FeetTest,
     Line,
     Materials,
     Plastic,
@@ -32,6 +34,7 @@ from engine.fabrication.materials.properties import (
 )
 from engine.fabrication.materials.toml_table import read_table, text_value
 from engine.files import parse_toml
+from engine.simulation.physics import MOST_FRICTION
 
 PRESETS: Final = ("latex-cord", "tpu-85a", "silicone-cord")
 """Names of the materials files that ship with the project; the first is the default."""
@@ -80,7 +83,7 @@ def parse_materials(text: str, *, file: str) -> Materials:
         InvalidData: as for ``load_materials``.
     """
     content = parse_toml(text, file=file)
-    allowed = {"name", "fastener", "pull_test", *_TABLES}
+    allowed = {"name", "fastener", "pull_test", "feet_test", *_TABLES}
     for key in content:
         if key not in allowed:
             raise InvalidData(f"{file}: unknown key {key}; known are {', '.join(sorted(allowed))}")
@@ -107,13 +110,38 @@ def parse_materials(text: str, *, file: str) -> Materials:
         tables["cable"] = dataclasses.replace(
             tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
         )
+    feet_test = None
+    if "feet_test" in content:
+        feet_test = read_table(FeetTest, content["feet_test"], f"{file}: feet_test")
+        _check_feet(feet_test, file)
     return Materials(
         name=text_value(content["name"], f"{file}: name"),
         file=file,
         fasteners=fasteners,
         pull_test=pull_test,
+        feet_test=feet_test,
         **tables,
     )
+
+
+def _check_feet(test: FeetTest, file: str) -> None:
+    steepest = math.degrees(math.atan(MOST_FRICTION))
+    for key, angles in (("forward", test.forward), ("backward", test.backward)):
+        if len(angles) < 2:
+            raise InvalidData(
+                f"{file}: feet_test.{key}_degrees must hold at least two angles, measured one after the other"
+            )
+        if max(angles) > steepest:
+            raise InvalidData(
+                f"{file}: feet_test.{key}_degrees must be at most {steepest:.1f}, which is friction"
+                f" {MOST_FRICTION:g}, not {max(angles):g}"
+            )
+    forward, backward = test.friction
+    if backward < forward:
+        raise InvalidData(
+            f"{file}: feet_test must hold backward at least as well as forward; friction forward is"
+            f" {forward:.2f}, backward {backward:.2f}: is the sled's point downhill in forward_degrees?"
+        )
 
 
 def _check_cable(cable: CableMaterial, file: str) -> None:

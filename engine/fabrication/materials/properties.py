@@ -7,6 +7,8 @@ Every class but ``Materials`` is a table of the file. ``number`` marks a field w
 from __future__ import annotations
 
 import dataclasses
+import math
+import statistics
 from typing import Final, Literal
 
 from engine.fabrication.materials.sources import Source
@@ -236,6 +238,37 @@ class PullTest:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class FeetTest:
+    """``[feet_test]``: at which angles of a tilting board the sled on its feet kept sliding.
+
+    Attributes:
+        forward: angles in degrees with the sled's point downhill, at least two.
+        backward: the same with its point uphill.
+    """
+
+    forward: tuple[float, ...] = number("degrees")
+    backward: tuple[float, ...] = number("degrees")
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """Mean coefficients of friction forward and backward: an angle's tangent each."""
+        return statistics.fmean(_tangents(self.forward)), statistics.fmean(_tangents(self.backward))
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Standard deviations of both coefficients, in parts of them."""
+        forward, backward = self.friction
+        return (
+            statistics.stdev(_tangents(self.forward)) / forward,
+            statistics.stdev(_tangents(self.backward)) / backward,
+        )
+
+
+def _tangents(degrees: tuple[float, ...]) -> list[float]:
+    return [math.tan(math.radians(angle)) for angle in degrees]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Materials:
     """Everything that a robot is built from.
 
@@ -244,6 +277,7 @@ class Materials:
         file: where it was read from: a preset's name or a path.
         cable: as used: with the pull test's modulus and strain if there is one.
         pull_test: None if nothing was measured.
+        feet_test: None if no friction of feet was measured.
     """
 
     name: str
@@ -258,6 +292,7 @@ class Materials:
     battery: BoughtPart
     fasteners: tuple[Fastener, ...]
     pull_test: PullTest | None
+    feet_test: FeetTest | None = None
 
     @property
     def cable_source(self) -> Source:

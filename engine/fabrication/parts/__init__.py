@@ -8,6 +8,7 @@ in the room above. Read in this order:
 - ``net``: the 24 cables of a module unfolded into one flat net.
 - ``servo_parts``: the servo's mount, its drum and the guide of its lines.
 - ``shapes``: the solids of nets, caps, links and the coupon.
+- ``foot``: a foot that grips one way, and the sled of its friction test.
 - ``net_files``: the net as a drawing at 1:1, DXF and SVG.
 - ``printed_parts``: which of these a robot needs, how many, of what, and whether they can be printed.
 - ``assembly``: the whole robot as one GLB scene, and the room that the servo has.

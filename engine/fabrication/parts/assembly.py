@@ -14,10 +14,12 @@ from trimesh.visual.material import PBRMaterial
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.floating_module import CONTRACTED, HOLD, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
 from engine.fabrication.parts import servo_parts as sp
 from engine.fabrication.parts import shapes, solids
+from engine.fabrication.parts.foot import foot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
 
@@ -30,6 +32,7 @@ _COLOURS: Final = {
     "drum": (240, 200, 60, 255),
     "line": (200, 60, 60, 255),
     "link": (110, 190, 110, 255),
+    "foot": (235, 90, 160, 255),
 }
 _UPRIGHT: Final = np.array(
     [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
@@ -37,7 +40,7 @@ _UPRIGHT: Final = np.array(
 """From the simulation's axes, z up, to those of glTF, y up."""
 
 
-def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
+def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()) -> bytes:
     """Return the assembled robot as binary glTF in metres, y up: servos off, floating, as a maker holds it.
 
     Nodes of the scene are called by the numbers of the build sheet: ``module1_rod0``, ``module1_cable_0_4``.
@@ -56,7 +59,11 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
-        scene.shape("cap", shapes.cap(design, materials.printer), name=f"cap_{level}")
+        cap = shapes.cap(design, materials.printer, footed=bool(feet))
+        scene.shape("cap", cap, name=f"cap_{level}")
+    for lean in sorted({f.lean for f in feet}):
+        scene.shape("foot", foot(lean), name=f"foot_{lean}")
+    worn = {(f.module, f.node): f for f in feet}
     nodes = []
     for i, (rotation, centre, points) in enumerate(frames):
         nodes.append(points)
@@ -68,6 +75,9 @@ def robot_glb(morphology: Morphology, materials: Materials) -> bytes:
             for node, sign in ((a, -1.0), (b, 1.0)):
                 frame = solids.frame_along(sign * axis, towards)
                 scene.add(f"cap_{designs[i].level}", f"{m}_cap_{node}", frame, points[node])
+                if own := worn.get((i, node)):
+                    turned = frame @ solids.turn_about_z(-own.clock)
+                    scene.add(f"foot_{own.lean}", f"{m}_foot_{node}", turned, points[node])
         width = 500 * (designs[i].section.width * designs[i].section.thickness) ** 0.5
         for a, b in t.CABLES:
             scene.add_bar("cable", f"{m}_cable_{a}_{b}", points[a], points[b], width)

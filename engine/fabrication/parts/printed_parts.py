@@ -11,9 +11,11 @@ from manifold3d import Manifold
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.feet import TEST_FEET, TEST_LEAN, Foot, foot_name
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts import solids
+from engine.fabrication.parts.foot import foot, sled
 from engine.fabrication.parts.net import module_net
 from engine.fabrication.parts.servo_parts import laid, mount_blank, servo_drum, servo_mount
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
@@ -77,8 +79,10 @@ class PrintedPart:
 
 
 @functools.lru_cache(maxsize=32)
-def printed_parts(morphology: Morphology, materials: Materials) -> tuple[PrintedPart, ...]:
-    """Return the parts to print for a robot, each kind once with its quantity."""
+def printed_parts(
+    morphology: Morphology, materials: Materials, feet: tuple[Foot, ...] = ()
+) -> tuple[PrintedPart, ...]:
+    """Return the parts to print for a robot with these feet, each kind once with its quantity."""
     designs = design_cables(morphology, materials)
     n = morphology.n_modules
     everywhere = tuple(range(n))
@@ -105,7 +109,7 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 f"cap_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}",
                 2 * len(t.RODS) * len(modules),
                 modules,
-                cap(design, materials.printer),
+                cap(design, materials.printer, footed=bool(feet)),
                 materials,
                 f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
                 "on its sleeve's end, crown up, with a brim, no support",
@@ -147,6 +151,8 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
                 flexible=True,
             )
         )
+    if feet:
+        result += _feet(feet, materials)
     if materials.cable.form == "printed":
         result.append(
             _part(
@@ -161,6 +167,41 @@ def printed_parts(morphology: Morphology, materials: Materials) -> tuple[Printed
             )
         )
     return tuple(result)
+
+
+def _feet(feet: tuple[Foot, ...], materials: Materials) -> list[PrintedPart]:
+    """Return the feet of a robot, one kind for each lean, and what their friction test needs."""
+    result = []
+    for lean in sorted({f.lean for f in feet} | {TEST_LEAN}):
+        own = [f for f in feet if f.lean == lean]
+        tested = TEST_FEET if lean == TEST_LEAN else 0
+        where = [f"on rod ends, numbers {', '.join(str(f.number) for f in own)}"] if own else []
+        where += [f"{tested} for the friction test"] if tested else []
+        result.append(
+            _part(
+                foot_name(lean),
+                len(own) + tested,
+                tuple(sorted({f.module for f in own})),
+                foot(lean),
+                materials,
+                f"foot that slides at {lean} degrees to its rod; {'; '.join(where)}",
+                "on its rim, the ball up, no support; layers of 0.1 mm; keep kinds apart, they look alike",
+                flexible=True,
+                walls=foot(lean, scales=False),
+            )
+        )
+    result.append(
+        _part(
+            "friction_sled",
+            1,
+            (),
+            sled(),
+            materials,
+            "for the friction test: an arrow that stands on three feet",
+            "on its plate, the knobs up, no support",
+        )
+    )
+    return result
 
 
 def _part(

@@ -36,6 +36,8 @@ NECK: Final = 1.2
 """Radius and height of the neck that a link's ring snaps onto, in mm."""
 HEAD: Final = (1.6, 0.8)
 """Radius and height of the knob that keeps the ring on the neck, in mm."""
+FOOT_LIP: Final = 0.5
+"""Thickness of the rim of a foot that grips below the knob, in mm."""
 LINK_HOLE: Final = 2.2
 """Diameter of a link's holes, which stretch onto the necks, in mm."""
 LINK_WALL: Final = 0.8
@@ -91,8 +93,19 @@ def notch_angles() -> np.ndarray:
     return np.sort(np.degrees(np.arctan2(local[:, 1], local[:, 0])) % 360.0)
 
 
-def cap(design: CableDesign, printer: Printer) -> Manifold:
-    """Return a rod's end cap along z, the node's plane at 0 and the rod below it."""
+def neck_height(*, footed: bool) -> float:
+    """Return how high the neck of a cap is, in mm: where robots have feet, a foot's rim shares it."""
+    return NECK + (FOOT_LIP if footed else 0.0)
+
+
+def cap(design: CableDesign, printer: Printer, *, footed: bool = False) -> Manifold:
+    """Return a rod's end cap along z, the node's plane at 0 and the rod below it.
+
+    Args:
+        design: of the cables that it holds.
+        printer: what prints it.
+        footed: whether the robot has feet, which share the cap's neck with a link.
+    """
     wall, clearance = 1e3 * printer.min_wall, 1e3 * printer.clearance
     bore = (ROD_DIAMETER + clearance) / 2
     sleeve = bore + wall
@@ -101,7 +114,7 @@ def cap(design: CableDesign, printer: Printer) -> Manifold:
     body = solids.cylinder(sleeve, low, CROWN_ABOVE) + solids.cylinder(
         crown, max(low, -CROWN_BELOW), CROWN_ABOVE
     )
-    top = CROWN_ABOVE + NECK
+    top = CROWN_ABOVE + neck_height(footed=footed)
     body = body + solids.cylinder(NECK, 0.0, top) + solids.cylinder(HEAD[0], top, top + HEAD[1])
     body = body - solids.cylinder(bore, low - 1.0, -1e3 * CAP_TIP)
     half = notch_width(design) / 2

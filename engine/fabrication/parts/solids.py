@@ -46,6 +46,12 @@ def frame_along(axis: np.ndarray, towards: np.ndarray | None = None) -> np.ndarr
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
+def turn_about_z(degrees: float) -> np.ndarray:
+    """Return the (3, 3) rotation about z, counter-clockwise seen from above."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 def placed(solid: Manifold, rotation: np.ndarray, position: np.ndarray) -> Manifold:
     """Return a solid turned and moved, in mm."""
     return solid.transform(np.column_stack([rotation, position]))

@@ -25,7 +25,7 @@ from engine.tasks import GroundFrame, Task, View, scores, sensed
 from engine.tasks.walls import Obstacles, Wall
 
 _SENSED: Final = frozenset({"sensed"})
-_SPAN: Final = frozenset({"poses", "commands", "sensed"})
+_SPAN: Final = frozenset({"poses", "commands", "sensed", "forces"})
 
 
 class KernelLoop:
@@ -163,6 +163,7 @@ class KernelLoop:
             motion.poses.reshape(n_updates, *n, -1),
             motion.commands.reshape(n_updates, *n, *motion.commands.shape[2:]),
             told,
+            motion.forces.reshape(n_updates, *n, *motion.forces.shape[2:]),
         )
 
     def run(self, duration: float, observer: BatchObserver | None = None) -> list[TrialResults]:

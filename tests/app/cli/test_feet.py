@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 from app.cli.main import main
+from engine.body.feet import FEET
+from engine.fabrication.as_built.twin import FEET_PAIRS
+from engine.fabrication.materials import preset_text
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from tests.support.run_hash import hash_of
@@ -66,6 +69,23 @@ def test_verify_says_what_mujoco_does_not_know(run: Path, capsys: Read) -> None:
     assert "Without feet, kernel" in out
 
 
+def test_a_robot_is_verified_with_the_feet_that_were_measured(
+    run: Path, tmp_path: Path, capsys: Read
+) -> None:
+    test = "[feet_test]\nforward_degrees = [20, 22]\nbackward_degrees = [35, 40]\n"
+    (tmp_path / "mine.toml").write_text(preset_text("latex-cord") + test, encoding="utf-8")
+    with RunReader(run) as reader:
+        held = reader.contents("morphology", reader.finished_generation().number)
+        cell = next(c for c, e in held.items() if e.solution.morphology.feet == "end")
+    few = ["--cell", cell_name(cell), "--as-built", "--samples", "1", "--seeds", "1"]
+    main(["verify", str(run), *few, "--materials", str(tmp_path / "mine.toml"), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    feet = next(d for d in found["deviations"] if d["key"] == "feet")
+    assert (feet["origin"], feet["built"]) == ("measured", "0.38 forward, 0.77 backward")
+    assert [(row["forward"], row["backward"]) for row in found["feet"]] == list(FEET_PAIRS)
+    assert len({row["f_s_mean_cm"] for row in found["feet"]}) == len(FEET_PAIRS)
+
+
 def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> None:
     short = [*COMMON, "--evaluations", "16"]
     main(["evolve", str(tmp_path / "plain.tsmr"), *short])
@@ -84,6 +104,26 @@ def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> 
         assert plain.distances.tobytes() != feet.distances.tobytes()
 
 
+@pytest.mark.parametrize("algorithm", ["dm-me", "map-elites", "vie-neat"])
+def test_feet_may_be_an_axis_of_the_maps(tmp_path: Path, algorithm: str, capsys: Read) -> None:
+    path = tmp_path / "axis.tsmr"
+    few = ["--algorithm", algorithm, *("" if algorithm == "vie-neat" else "--evaluations 16").split()]
+    main(["evolve", str(path), *COMMON, *few, "--body.feet", "evolved", "--body.feet-axis"])
+    archive = "grid" if algorithm == "map-elites" else "morphology"
+    with RunReader(path) as reader:
+        assert reader.config.body.feet_axis
+        last = reader.finished_generation()
+        names = [axis.name for axis in last.archives[archive].axes]
+        assert names[:3] == ["modules", "stiffness", "feet"]
+        held = reader.contents(archive, last.number)
+        assert {cell[2] for cell in held} > {0}
+        assert all(FEET[cell[2]] == e.solution.morphology.feet for cell, e in held.items())
+    capsys.readouterr()
+    main(["table", str(path), "--out", str(tmp_path / "t.csv")])
+    with (tmp_path / "t.csv").open(encoding="utf-8") as f:
+        assert {row["archive"] for row in csv.DictReader(f)} >= {archive}
+
+
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
@@ -92,6 +132,10 @@ def test_directional_feet_change_nothing_but_how_robots_move(tmp_path: Path) -> 
         ("--physics.feet-backward 6", "at most 5"),
         ("--body.feet evolved --physics.simulator mujoco", "knows no directional feet"),
         ("--variation.body.feet-rate 2", "feet_rate must be from 0 to 1"),
+        (
+            "--body.feet directional --body.feet-axis",
+            "feet_axis is for feet that evolve; feet is directional",
+        ),
     ],
 )
 def test_impossible_feet_get_one_line(tmp_path: Path, flags: str, said: str, capsys: Read) -> None:

@@ -120,7 +120,7 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         "": "algorithm batch-size bonus cell-capacity controller-cells evaluations fill head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight exchange-weight donors crossover",
-        "body.": "feet feet-toward",
+        "body.": "feet feet-toward feet-axis",
         "variation.body.": "body-rate face-rate feet-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"
         " neuron-add neuron-remove version weight-power weight-rate weight-replace",

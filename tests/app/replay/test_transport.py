@@ -84,7 +84,7 @@ def test_a_moment_that_crosses_with_another_on_its_way_is_shown() -> None:
     """The strip tells 0.5 s while the user types 2 s: the browser shows 0.5 unless it is told again."""
     gui, player, slider = Gui(), MagicMock(), Slider()
     gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
-    player.replay = SimpleNamespace(start_time=0.0, morphology=None)
+    player.replay = SimpleNamespace(start_time=0.0, morphology=None, frames=[])
     player.until, player.time = 2.0, 0.5
     client: Any = SimpleNamespace(gui=gui)
     panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)

@@ -2,6 +2,7 @@ import csv
 import io
 
 from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts.printed_parts import printed_parts
@@ -43,3 +44,17 @@ def test_equal_robots_give_equal_files():
         "net/net_stiffness_0.9.dxf",
         "net/net_stiffness_0.3.svg",
     } <= set(first)
+
+
+def test_feet_have_a_table_and_parts():
+    worn = Foot(
+        number=1, module=1, node=6, lean=60, clock=130, share=0.5, forward=0.1, backward=0.02, off=7.0
+    )
+    files = fabrication_files(BODY, MATERIALS, (worn,))
+    header, row = files["feet.csv"].decode().split()
+    assert header.startswith("foot,module,node,part,clock_degrees")
+    # people count modules from 1
+    assert row == "1,2,6,foot_060,130,50.0,10.00,2.00,7"
+    assert {"parts/foot_060.stl", "parts/foot_090.3mf", "parts/friction_sled.stl"} <= set(files)
+    assert b"foot_060" in files["bill_of_materials.csv"]
+    assert "feet.csv" not in fabrication_files(BODY, MATERIALS)

@@ -10,6 +10,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from engine.body.morphology import Morphology
+from engine.search.axes import body_cell
 from engine.search.descriptors import (
     CONTROLLER_SHAPE,
     MORPHOLOGY_SHAPE,
@@ -20,6 +21,7 @@ from engine.search.descriptors import (
     n_possible_morphology_cells,
     sensory_data,
 )
+from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from tests.support.made_up import examples, morphologies, per_module_morphologies
 
 axes = st.integers(2, 12)
@@ -85,6 +87,21 @@ def test_possible_cells_are_those_that_bodies_reach():
     }
     assert len(reached) == n_possible_morphology_cells("per-module") == 495
     assert n_possible_morphology_cells("shared") == 90
+
+
+def test_feet_are_one_more_axis_where_they_are_asked_for():
+    body, own = Morphology(3, (1, 2, 3), feet="start"), Morphology((4, 9), (1, 1), feet="end")
+    assert morphology_cell(body) == (1, 2)
+    assert morphology_cell(body, feet=True) == (1, 2, 1)
+    assert morphology_cell(own, feet=True) == (0, 3, 8, 2)
+    assert morphology_cell(Morphology(3, (1, 2, 3)), feet=True) == (1, 2, 0)
+    assert morphology_shape("shared", feet=True) == (9, 10, 3)
+    assert n_possible_morphology_cells("per-module", feet=True) == 3 * 495
+    for stiffness, which in (("shared", body), ("per-module", own)):
+        axes = morphology_axes(stiffness, feet=True)
+        assert tuple(a.n for a in axes) == morphology_shape(stiffness, feet=True)
+        assert body_cell(axes, which) == morphology_cell(which, feet=True)
+    assert morphology_archive("shared", feet=True).n_cells == 270
 
 
 def test_sensory_data_lists_targets_then_seconds_then_xy():

@@ -14,11 +14,19 @@ from hypothesis import strategies as st
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
+from engine.config import physics_from_json
 from engine.control.genome import Controller, Neat
 from engine.errors import InvalidData
 from engine.simulation.built import Built, Spread, drawn
 from engine.simulation.model import build_robot
-from engine.simulation.physics import Physics, as_built, largest_timestep, one_of
+from engine.simulation.physics import (
+    MOST_FRICTION,
+    Physics,
+    as_built,
+    largest_timestep,
+    one_of,
+    physics_to_json,
+)
 from engine.simulation.senses import Messages, ServoAngles, blur_of
 from engine.simulation.trials import TrialConfig, start_trials, trials_of
 from engine.tasks import GOAL_REACHING, SQUEEZING
@@ -69,7 +77,7 @@ def driven(physics: Physics, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def test_a_robot_that_differs_in_nothing_is_the_published_one() -> None:
-    assert drawn(Built(), Spread(), (7,)) == (Built(), 1.0)
+    assert drawn(Built(), Spread(), (7,)) == (Built(), 1.0, (1.0, 1.0))
     assert Built().target_lengths() is servo.TARGET_LENGTHS
     assert as_built(Physics(), Built()) == Physics()
 
@@ -184,16 +192,39 @@ def test_robots_of_a_design_are_possible_and_their_time_step_is_stable(spread: A
 def test_deviations_have_their_size_and_do_not_depend_on_each_other() -> None:
     spread = Spread(stiffness=0.1, line_errors=0.001, friction=0.2)
     robots = [drawn(Built(), spread, (k,)) for k in range(400)]
-    friction = np.array([f for _, f in robots])
-    stiffness = np.array([b.module_stiffness[0] for b, _ in robots])
-    lines = np.array([b.line_errors for b, _ in robots])
+    friction = np.array([f for _, f, _ in robots])
+    stiffness = np.array([b.module_stiffness[0] for b, _, _ in robots])
+    lines = np.array([b.line_errors for b, _, _ in robots])
     assert friction.std() == pytest.approx(0.2, rel=0.15)
     assert stiffness.mean() == pytest.approx(1.0, abs=0.02)
     assert stiffness.std() == pytest.approx(0.1, rel=0.15)
     assert lines.std() == pytest.approx(0.001, rel=0.05)
     assert abs(np.corrcoef(friction, stiffness)[0, 1]) < 0.15
     without = [drawn(Built(), dataclasses.replace(spread, stiffness=0.0), (k,)) for k in range(5)]
-    assert [b.line_errors for b, _ in without] == [b.line_errors for b, _ in robots[:5]]
+    assert [b.line_errors for b, _, _ in without] == [b.line_errors for b, _, _ in robots[:5]]
+
+
+def test_feet_of_robots_as_built_grip_backward_and_differ() -> None:
+    published = Physics(feet_forward=0.4, feet_backward=0.45)
+    assert published.feet_friction == (0.4, 0.45)
+    known = as_built(published, Built(feet_forward=0.2, feet_backward=0.6))
+    assert known.feet_friction == (0.2, 0.6)
+    with pytest.raises(InvalidData, match=r"backward at least as large as forward.*0.5.*0.45"):
+        as_built(published, Built(feet_forward=0.5))
+    varied = as_built(published, Built(), Spread(feet_forward=0.3, feet_backward=0.3))
+    pairs = [one_of(varied, (k,)).feet_friction for k in range(50)]
+    assert all(0.0 < forward <= backward <= MOST_FRICTION for forward, backward in pairs)
+    assert len(set(pairs)) == 50
+    assert 0.2 < np.std([forward for forward, _ in pairs]) / 0.4 < 0.4
+    assert one_of(as_built(published, Built(), Spread(mass=0.1)), (1,)).feet_friction == (0.4, 0.45)
+
+
+def test_files_tell_of_built_feet_only_where_they_are_known() -> None:
+    old = physics_to_json(as_built(Physics(), Built(line_limit=0.0), Spread(mass=0.1)))
+    assert not {"feet_forward", "feet_backward"} & {*old["built"], *old["spread"]}
+    new = as_built(Physics(), Built(feet_forward=0.2, feet_backward=0.6), Spread(feet_forward=0.1))
+    assert physics_from_json(physics_to_json(new)) == new
+    assert physics_from_json(old).built == Built(line_limit=0.0)
 
 
 @pytest.mark.parametrize(
@@ -201,6 +232,7 @@ def test_deviations_have_their_size_and_do_not_depend_on_each_other() -> None:
     [
         ({"plain_rod_mass": 0.0}, "plain_rod_mass must be positive"),
         ({"line_limit": -1.0}, "line_limit must not be negative"),
+        ({"feet_forward": -0.1}, "feet_forward must not be negative"),
         ({"sensing_delay": 9.0}, "sensing_delay must be from 0 to 5 s"),
         ({"stiffness": (1.0,)}, "stiffness must not have 1 numbers"),
         ({"stiffness": (-1.0,) * 10}, "must be positive"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 
 import mujoco
@@ -44,6 +45,16 @@ def test_one_wrong_bit_is_noticed(found, tmp_path, monkeypatch):
     assert not wrong.good
     assert 0.0 < wrong.deviation < 1e-15
     assert wrong.digest == found.digest
+
+
+def test_feet_that_grip_otherwise_are_noticed(found, monkeypatch):
+    """Only a robot with feet tells whether they are simulated as they were."""
+    rougher = functools.partial(Physics, feet_backward=0.81)
+    monkeypatch.setattr(self_check, "Physics", rougher)
+    wrong = self_check.compare()
+    assert wrong.digest == found.digest
+    assert not wrong.identical
+    assert 0.0 < wrong.deviation < 0.05
 
 
 def test_rods_touch_ground_walls_and_each_other():

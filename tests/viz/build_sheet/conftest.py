@@ -10,6 +10,7 @@ from engine.body.morphology import Morphology
 from engine.control.genome import Neat
 from engine.export import simulate_trial
 from engine.fabrication.as_built import twin_of
+from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.materials import load_materials
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.provenance import versions
@@ -30,14 +31,14 @@ def materials():
 
 @pytest.fixture(scope="session")
 def robots(small_config, materials):
-    """Facts of robots by number of modules; the larger one has modules of three stiffnesses."""
+    """Facts of robots by number of modules; the larger one has feet, and modules of three stiffnesses."""
     trials = dataclasses.replace(small_config.trials, settle_time=1.0)
     small_config = dataclasses.replace(small_config, trials=trials)
     task = get_task(small_config.task)
     controller = Neat(n_inputs=task.n_inputs).random(random.Random(1))
     bodies = (
         Morphology(3, (8, 5)),
-        Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8)),
+        Morphology((7, 7, 2, 7, 9, 7, 7, 7, 7, 2), (3, 3, 7, 3, 1, 8, 8, 2, 3, 8), feet="start"),
     )
     found = {}
     for number, body in enumerate(bodies):
@@ -47,13 +48,15 @@ def robots(small_config, materials):
         )
         solution = Solution(number=number, morphology=body, controller=controller)
         ((evaluation,),) = evaluator.evaluate([solution])
-        twin = twin_of(mode.physics, body, materials)
+        plan = robot_feet(mode, evaluation)
+        twin = twin_of(mode.physics, body, materials, feet=plan.feet)
         as_built = simulate_as_built(
             mode,
             evaluation,
             nominal=twin.nominal,
             robots=twin.samples(2),
             alone=twin.alone(),
+            pairs=twin.feet_pairs(),
             n_seeds=1,
         )
         found[body.n_modules] = Facts(
@@ -67,5 +70,6 @@ def robots(small_config, materials):
             versions=versions(),
             twin=twin,
             as_built=as_built,
+            feet=plan,
         )
     return found

@@ -25,13 +25,14 @@ from engine.fabrication.firmware import pin_map
 from engine.fabrication.markers import HEAD, N_CELLS, TARGET
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import load_materials
+from engine.fabrication.materials.properties import FeetTest
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.simulation.built import PUBLISHED
 from engine.tasks import get_task, worlds
 from viz.build_sheet import style
 from viz.build_sheet.document import typeset
 from viz.build_sheet.pen import Pen
-from viz.build_sheet.sections import performance, steering, title
+from viz.build_sheet.sections import feet, performance, steering, title
 from viz.build_sheet.sheet import build_sheet
 
 PAPERS = {2: "a4", 10: "letter"}
@@ -145,7 +146,7 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
             assert f"{d.nodes[0]} and {d.nodes[1]} {figures}" in text
     near, far = (f"{1000 * v:.1f}" for v in facts.link_gaps)
     assert text.count(f"{near} to {far} mm") == 2
-    for part in printed_parts(morphology, materials):
+    for part in printed_parts(morphology, materials, facts.feet.feet):
         size = " × ".join(f"{1000 * v:.1f}" for v in part.size)
         assert re.search(rf"{part.name} {part.quantity} .*? {size}.*?{1000 * part.mass:.2f}", text)
     levels = {d.level for d in design_cables(morphology, materials)}
@@ -156,9 +157,11 @@ def test_the_numbers_are_the_models(robots, materials, texts, n):
 @pytest.mark.parametrize("n", [2, 10])
 def test_masses_on_the_sheet_add_up(robots, materials, texts, n):
     facts, text = robots[n], texts[n]
-    balance = mass_balance(facts.morphology, materials)
+    balance = mass_balance(facts.morphology, materials, facts.feet.feet)
     carried = sum(
-        p.mass * p.quantity for p in parts(facts.morphology, materials) if p.group != "off the robot"
+        p.mass * p.quantity
+        for p in parts(facts.morphology, materials, facts.feet.feet)
+        if p.group != "off the robot"
     )
     assert carried == pytest.approx(balance.built)
     assert facts.mass == pytest.approx(balance.simulated)
@@ -299,6 +302,30 @@ def test_a_module_is_accepted_by_what_the_built_one_measures(robots):
     both = set(stiff) & set(published)
     assert both
     assert all(published[nodes] - stiff[nodes] > 0.002 for nodes in both)
+
+
+def test_feet_are_on_the_sheet_of_a_robot_that_wears_some(robots, materials, texts):
+    facts = robots[10]
+    assert len(facts.feet.feet) > 8
+    for foot in facts.feet.feet:
+        where = f"{foot.number} {facts.module_name(foot.module)} {foot.node} {foot.part} {foot.clock}°"
+        assert where in texts[10]
+    assert "Nobody has measured these feet yet" in texts[10]
+    for (forward, backward), scores in facts.as_built.pairs.items():
+        assert f"{forward:g} {backward:g} {100 * scores.mean:.1f}".replace("-", "−") in texts[10]
+    assert f"Put its {len(facts.feet.feet)} feet on" in texts[10]
+    assert "Friction of the feet assumed" in texts[10]
+    for text in ("Feet that grip one way", "feet on", "Friction of the feet"):
+        assert text not in texts[2]
+
+
+def test_measured_feet_are_named(robots, materials):
+    tested = dataclasses.replace(materials, feet_test=FeetTest(forward=(20.0, 22.0), backward=(35.0, 40.0)))
+    paper = style.PAPERS["a4"]
+    story = feet.pages(robots[10], tested, paper)
+    text = read(typeset(story, paper=paper, title="", running="", date="")[0])
+    assert "0.38 ± 0.03 forward, 0.77 ± 0.10 backward" in text
+    assert "Nobody has measured" not in text
 
 
 def test_the_tags_are_printed_at_their_size(robots, texts):

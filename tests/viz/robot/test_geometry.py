@@ -6,10 +6,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
+from engine.body.kinematics import points_on
 from engine.body.morphology import Morphology
 from engine.simulation.model import build_robot, module_placements
 from engine.simulation.physics import Physics
-from viz.robot.geometry import RobotGeometry
+from viz.robot.geometry import RobotGeometry, friction_arrows
 from viz.robot.skeleton import Skeleton
 
 BODY = Morphology(5, (3, 6, 1))
@@ -76,3 +77,20 @@ def test_the_head_and_the_servos_have_their_own_colours() -> None:
     assert (colors[0, 1] != colors[1, 1]).any()
     assert (colors[:, t.SERVO_ROD] == colors[0, t.SERVO_ROD]).all()
     assert len(geometry.node_radii) == len(geometry.node_colors) == 3 * 13
+
+
+def test_friction_is_an_arrow_on_the_floor_as_long_as_it_is_strong() -> None:
+    pose = build_robot(Morphology(5, (1, 2)), Physics()).model.qpos0.reshape(2, 6, 7)
+    forces = np.zeros((2, 12, 3))
+    forces[1, 5] = (0.03, -0.04, 0.2)
+    forces[0, 2] = (0.001, 0.0, 0.3)  # too weak to be seen
+    (arrow,) = friction_arrows(pose, forces.astype(np.float16))
+    shaft = arrow[0, 1] - arrow[0, 0]
+    np.testing.assert_allclose(shaft, [0.015, -0.02, 0.0], atol=2e-5)
+    rod = t.rod_of(5)
+    node = points_on(pose, np.array([rod]), t.NODES[[5]] - t.ROD_MIDDLES[rod])[1, 0]
+    np.testing.assert_allclose(arrow[0, 0, :2], node[:2], atol=1e-6)
+    # both strokes of the head begin at the tip and go back
+    assert (arrow[1:, 0] == arrow[0, 1]).all()
+    assert ((arrow[1:, 1] - arrow[1:, 0]) @ shaft < 0).all()
+    assert friction_arrows(pose, np.zeros((2, 12, 3))).shape == (0, 3, 2, 3)

@@ -169,6 +169,7 @@ def test_the_legend_says_newtons() -> None:
     legend = tension_legend.render(full_tension(Morphology(10, (1, 2))))
     assert "3.8 N" in legend
     assert "0.65 N" in legend
+    assert "1 cm: 0.02 N" in tension_legend.friction()
 
 
 @given(st.integers(1, 3000), st.sampled_from((0.02, 0.04)), st.floats(-3.0, 0.0))

@@ -14,8 +14,9 @@ In the order of the pages:
 7. ``net``: nodes and faces of a module's net.
 8. ``assembly``: how one module is built, step by step.
 9. ``joining``: how the modules are joined.
-10. ``wiring``: wiring, program, pin map, cable lengths.
-11. ``steering``: camera, and the tags by which it finds head and target.
-12. ``checks``: safety, tolerances, checks.
-13. ``sources``: where the numbers come from.
+10. ``feet``: which foot that grips one way goes where, and the test of their friction.
+11. ``wiring``: wiring, program, pin map, cable lengths.
+12. ``steering``: camera, and the tags by which it finds head and target.
+13. ``checks``: safety, tolerances, checks.
+14. ``sources``: where the numbers come from.
 """

@@ -116,7 +116,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         how = "A loop grips the rod: close it with a second knot."
     unlike = len({d.tail for d in design_cables(facts.morphology, materials)}) > 1
     tail = "the tail of the cut list" if unlike else f"{1000 * design.tail:.1f} mm"
-    balance, n = mass_balance(facts.morphology, materials), facts.morphology.n_modules
+    balance, n = mass_balance(facts.morphology, materials, facts.feet.feet), facts.morphology.n_modules
     ballast = balance.ballast
     inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]

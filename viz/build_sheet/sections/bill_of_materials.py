@@ -26,8 +26,8 @@ _TOOLS = (
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
     width = paper.inner_width
-    listed = parts(facts.morphology, materials)
-    balance = mass_balance(facts.morphology, materials)
+    listed = parts(facts.morphology, materials, facts.feet.feet)
+    balance = mass_balance(facts.morphology, materials, facts.feet.feet)
     header = ["part", "pieces", "length × Ø (mm)", "each (g)", "all (g)", "source of mass", "note"]
     shares = [18, 8, 14, 8, 9, 11, 32]
     inner = [p for p in listed if p.group == "internal cables"]

@@ -6,6 +6,7 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
+from engine.body.feet import FEET_TEXT
 from engine.fabrication.dimensions import tolerances as tol
 from engine.fabrication.dimensions.cut_lists import cables
 from engine.fabrication.mass_balance import mass_balance
@@ -53,7 +54,7 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
 def _tolerances(facts: Facts, materials: Materials, width: float) -> Flowable:
     step = t.stiffness_n_per_m(1 / t.N_STIFFNESS_LEVELS)
     near, far = facts.link_gaps
-    built = mass_balance(facts.morphology, materials).built / facts.morphology.n_modules
+    built = mass_balance(facts.morphology, materials, facts.feet.feet).built / facts.morphology.n_modules
     drum = drum_errors(materials.servo).max()
     rows = [
         ["Rod, node to node", f"{1000 * t.ROD_LENGTH:.1f} mm", f"± {1000 * tol.ROD:.1f} mm", "assumed"],
@@ -106,9 +107,10 @@ def _friction(facts: Facts) -> str:
     physics = facts.config.physics
     if facts.morphology.feet == "none":
         return f"coefficient {physics.friction:g}"
+    forward, backward = physics.feet_friction
     return (
-        f"coefficient {physics.feet_forward:g} towards the {facts.morphology.feet} of the chain,"
-        f" {physics.feet_backward:g} else: feet that grip one way, for which this sheet has no part yet"
+        f"coefficient {forward:g} {FEET_TEXT[facts.morphology.feet]} of the chain, {backward:g} else, of rod"
+        " ends with feet"
     )
 
 
@@ -172,5 +174,17 @@ def _checks(facts: Facts, width: float) -> Flowable:
             f" {100 * facts.task.target_distance:.0f} cm away. Compare with “What to expect of it”.",
         ),
     ]
+    if facts.feet.feet:
+        checks.insert(-2, _feet_check(facts))
     rows = [["[  ]", f"<b>{a}</b>", b] for a, b in checks]
     return blocks.grid((), rows, blocks.columns(width, 6, 26, 68))
+
+
+def _feet_check(facts: Facts) -> tuple[str, str]:
+    down, up = (np.degrees(np.arctan(f)) for f in facts.config.physics.feet_friction)
+    return (
+        "Feet",
+        f"The sled of the friction test slides at {down:.0f}° with its point downhill and at {up:.0f}° with"
+        " it uphill, on this floor. If not: enter the angles into the materials file and export again. Every"
+        " notch points as “Which foot goes where” says.",
+    )

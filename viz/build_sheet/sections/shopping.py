@@ -81,8 +81,8 @@ def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
 def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
     n, motor = facts.morphology.n_modules, materials.servo
     plan = stock_plan(facts.morphology, materials)
-    listed = parts(facts.morphology, materials)
-    printed = printed_parts(facts.morphology, materials)
+    listed = parts(facts.morphology, materials, facts.feet.feet)
+    printed = printed_parts(facts.morphology, materials, facts.feet.feet)
     line = sum(p.quantity * (p.length or 0.0) for p in listed if p.group == "internal cables")
     rows = [
         [
@@ -125,7 +125,7 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
             "one in every internal cable; chosen by hanging a weight on it (“Wiring”)",
         ],
     ]
-    ballast = mass_balance(facts.morphology, materials).ballast
+    ballast = mass_balance(facts.morphology, materials, facts.feet.feet).ballast
     if ballast > 0:
         each = f"{n} × {1000 * ballast:.2f} g"
         rows.append(["ballast: lead or steel, in pieces", each, "one per module"])
@@ -152,7 +152,7 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
 
 def _prints(facts: Facts, materials: Materials) -> list[list[str]]:
     rows = []
-    for p in printed_parts(facts.morphology, materials):
+    for p in printed_parts(facts.morphology, materials, facts.feet.feet):
         size = " × ".join(f"{1000 * v:.1f}" for v in p.size)
         soft = materials.cable.material if materials.cable.form == "printed" else "flexible (TPU)"
         rows.append(

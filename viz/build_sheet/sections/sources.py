@@ -40,6 +40,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             "simulated",
             f"coefficient {facts.config.physics.friction:g}; yours differs",
         ],
+        *_feet(facts, materials),
         ["Tolerances not marked otherwise", "assumed", "a designer's judgement"],
     ]
     scale = facts.config.physics.inertia_scale
@@ -66,3 +67,14 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             ]
         ),
     ]
+
+
+def _feet(facts: Facts, materials: Materials) -> list[list[str]]:
+    """Return the row about the friction of a robot's feet, if it has some."""
+    if facts.morphology.feet == "none":
+        return []
+    forward, backward = facts.config.physics.feet_friction
+    simulated = f"simulated with {forward:g} forward, {backward:g} backward, assumed"
+    if materials.feet_test is None:
+        return [["Friction of the feet", "assumed", f"{simulated}: make the friction test"]]
+    return [["Friction of the feet, as built", "measured", f"materials.toml; {simulated}"]]

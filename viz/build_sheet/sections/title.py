@@ -141,6 +141,7 @@ def _how_to(facts: Facts) -> list[Flowable]:
         " it is right. Label every module.",
         "<b>Join them</b> by the orientation table: which node meets which. Another pairing is another"
         " robot.",
+        *_put_on_feet(facts),
         "<b>Run the checks</b>, and only then let it crawl.",
     ]
     return [
@@ -148,6 +149,13 @@ def _how_to(facts: Facts) -> list[Flowable]:
         *blocks.bullets(steps, numbered=True),
         Picture(220, 20, _draw_bar, "scale bar"),
     ]
+
+
+def _put_on_feet(facts: Facts) -> list[str]:
+    n = len(facts.feet.feet)
+    return (
+        [f"<b>Put its {n} feet on</b>, each turned as its table says, after the friction test."] if n else []
+    )
 
 
 def _legend(width: float) -> Picture:

@@ -53,6 +53,9 @@ def _record(state: State, loop: Loop, recording: Recording, k: int) -> None:
     if len(recording.sensed):
         for lane in range(recording.sensed.shape[1]):
             _write(loop.values, 0, recording.sensed.shape[2], lane, recording.sensed[k, lane])
+    if len(recording.forces):
+        for lane in range(recording.forces.shape[1]):
+            _write(state.contact_force, 0, recording.forces.shape[2], lane, recording.forces[k, lane])
 
 
 @inlined

@@ -92,12 +92,14 @@ class Recording(NamedTuple):
             first lanes.
         commands: (updates, trials, modules x 5) commanded lengths in m, noise included.
         sensed: (updates, trials, inputs) what the networks were given.
+        forces: (updates, trials, places x 6) of the ground on both ends of the rod at each place, in N.
     """
 
     path: np.ndarray
     poses: np.ndarray
     commands: np.ndarray
     sensed: np.ndarray
+    forces: np.ndarray
 
 
 NOTHING: Final[frozenset[str]] = frozenset()
@@ -145,6 +147,7 @@ def make_recording(
         "poses": (RODS * model.n_modules, POSE),
         "commands": (INTERNAL * model.n_modules,),
         "sensed": (loop.networks.n_inputs,),
+        "forces": (6 * RODS * model.n_modules,),
     }
     assert record <= set(sizes)
     arrays = {k: np.zeros((n_updates if k in record else 0, n_trials, *size)) for k, size in sizes.items()}

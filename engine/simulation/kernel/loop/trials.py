@@ -24,7 +24,7 @@ from engine.simulation.kernel.loop.setup import (
     make_recording,
 )
 from engine.simulation.kernel.physics.state import ROD, State, forget, new_state
-from engine.simulation.kernel.robots.model import Model, model_of
+from engine.simulation.kernel.robots.model import Model, model_of, rods_by_place
 from engine.simulation.kernel.robots.parameters import INTERNAL, RODS, Robot
 from engine.simulation.kernel.threads import threaded
 from engine.simulation.physics import Physics
@@ -41,12 +41,14 @@ class Motion(NamedTuple):
         poses: (updates, T, modules, 6, 7) centres and quaternions of the rods after every control update.
         commands: (updates, T, modules, 5) commanded lengths of the internal cables, noise included, in m.
         sensed: (updates, T, inputs) what the networks were given.
+        forces: (updates, T, modules, 12, 3) of the ground on every node in the last time step, in N.
     """
 
     path: np.ndarray
     poses: np.ndarray
     commands: np.ndarray
     sensed: np.ndarray
+    forces: np.ndarray
 
 
 class Start(NamedTuple):
@@ -99,6 +101,7 @@ class Trials:
         walls = [()] * n if walls is None else walls
         assert len(starts) == len(noise) == len(walls) == n
         self._n = n
+        self._robots = [start.robot for start in starts]
         kind = kind_of(task)
         self.models: list[Model] = []
         """The robots, a vector's worth each."""
@@ -223,7 +226,7 @@ class Trials:
 
         recordings = threaded(one, range(len(self.states)), n_threads)
         m = self.models[0].n_modules
-        path, poses, commands, sensed = (
+        path, poses, commands, sensed, forces = (
             np.concatenate(parts, axis=1) for parts in zip(*recordings, strict=True)
         )
         return Motion(
@@ -231,7 +234,19 @@ class Trials:
             poses.reshape(*poses.shape[:2], m, RODS, POSE),
             commands.reshape(*commands.shape[:2], m, INTERNAL),
             sensed,
+            self._of_nodes(forces),
         )
+
+    def _of_nodes(self, forces: np.ndarray) -> np.ndarray:
+        """Return the forces on nodes, (updates, T, modules, 12, 3), from those on the ends at places."""
+        shape = (*forces.shape[:2], self.models[0].n_modules, 2 * RODS, 3)
+        if not len(forces):
+            return np.empty(shape)
+        places = np.array([rods_by_place(robot).argsort() for robot in self._robots])
+        ends = forces.reshape(*forces.shape[:2], -1, 2, 3)
+        of_rods = np.take_along_axis(ends, places[None, :, :, None, None], axis=2)
+        # the first end is that which the rod's axis points to, the second of its nodes
+        return of_rods[:, :, :, ::-1].reshape(shape)
 
     @property
     def _width(self) -> int:

@@ -138,7 +138,7 @@ def model_of(robots: Sequence[Robot]) -> Model:
         [np.arange(2 * n_links).reshape(-1, 2), np.column_stack([alone, np.full(len(alone), -1)])]
     )
     distinct = list({id(r): r for r in robots}.values())
-    rods_of = {id(r): _rods_by_place(r) for r in distinct}
+    rods_of = {id(r): rods_by_place(r) for r in distinct}
     rods = np.array([rods_of[id(r)] for r in robots])
     places = rods.argsort(axis=1)
     orders, order_places, order_lanes = _orders(places)
@@ -166,7 +166,7 @@ def model_of(robots: Sequence[Robot]) -> Model:
     )
 
 
-def _rods_by_place(robot: Robot) -> np.ndarray:
+def rods_by_place(robot: Robot) -> np.ndarray:
     """Return the rod at each place of a robot."""
     alone = np.setdiff1d(np.arange(RODS * robot.n_modules), robot.links)
     return np.concatenate([robot.links.ravel(), alone])

@@ -11,13 +11,27 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.as_built import Origin, deviations, search_physics, twin_of
 from engine.fabrication.as_built.deviations import built_centre_of_mass, friction_spread
+from engine.fabrication.as_built.twin import FEET_PAIRS
+from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cables import cable_design
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.simulation.built import Built, Spread
+from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics, check_timestep
 
 BODY = Morphology(5, (1, 8, 3))
+FOOTED = dataclasses.replace(BODY, feet="end")
+FEET = tuple(
+    Foot(number=k, module=k, node=node, lean=60, clock=0, share=1.0, forward=0.1, backward=0.0, off=0.0)
+    for k, node in enumerate((0, 5, 0))
+)
+FEET_TEST = """
+[feet_test]
+forward_degrees = [20, 22]
+backward_degrees = [35, 40]
+"""
 PULL_TEST = """
 [pull_test]
 length_mm = 60
@@ -127,3 +141,53 @@ def test_a_search_has_the_masses_of_the_level_asked_for() -> None:
     varied = search_physics(Physics(), cord, spread=True)
     assert varied.built == soft
     assert varied.spread.stiffness > 0.0
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_feet_are_weighed(preset: str) -> None:
+    materials = load_materials(preset)
+    built = twin_of(Physics(), FOOTED, materials, feet=FEET).built
+    module = 5 * built.plain_rod_mass + built.servo_rod_mass
+    balance = mass_balance(FOOTED, materials, FEET)
+    assert FOOTED.n_modules * module == pytest.approx(balance.built)
+    plain, worn = (
+        next(x.built for x in b.lines if x.group == "plain rods")
+        for b in (mass_balance(FOOTED, materials), balance)
+    )
+    assert worn - plain > 0.05e-3
+    # two of them sit on node 0 of servo rods, at -y
+    lighter = load_materials("latex-cord")
+    bare, shod = (built_centre_of_mass(FOOTED, lighter, feet)[1] for feet in ((), FEET))
+    one = next(p.mass for p in parts(FOOTED, lighter, FEET) if p.name == "foot_060")
+    heavy = twin_of(Physics(), FOOTED, lighter, feet=FEET).built.servo_rod_mass
+    assert shod != bare
+    assert abs(shod - bare) < 3 * one * t.ROD_LENGTH / heavy
+
+
+def test_measured_feet_are_simulated_with_their_spread() -> None:
+    guessed = twin_of(Physics(), FOOTED, load_materials())
+    materials = parse_materials(preset_text("latex-cord") + FEET_TEST, file="mine")
+    measured = twin_of(Physics(), FOOTED, materials)
+    assert guessed.nominal.feet_friction == (0.3, 0.8)
+    assert measured.nominal.feet_friction == pytest.approx((0.384, 0.770), abs=1e-3)
+    assert build_robot(FOOTED, measured.nominal).feet_friction == measured.nominal.feet_friction
+    feet = [next(d for d in twin.deviations if d.key == "feet") for twin in (guessed, measured)]
+    assert [d.origin for d in feet] == [Origin.ASSUMED, Origin.MEASURED]
+    assert feet[0].simulated == "0.3 forward, 0.8 backward"
+    assert measured.alone()["feet"].built == Built(**feet[1].figures)
+    for twin, relative in ((guessed, 0.25), (measured, 0.071)):
+        pairs = np.array([p.feet_friction for p in twin.samples(60)])
+        assert pairs[:, 0].std() / pairs[:, 0].mean() == pytest.approx(relative, rel=0.35)
+        assert (pairs[:, 1] >= pairs[:, 0]).all()
+    without = twin_of(Physics(), BODY, materials)
+    assert "feet" not in {d.key for d in without.deviations}
+    assert without.built.feet_forward == 0.0
+    assert search_physics(Physics(), materials, spread=True, footed=True).feet_friction == pytest.approx(
+        measured.nominal.feet_friction
+    )
+
+
+def test_a_robot_with_feet_is_tried_with_worse_ones() -> None:
+    twin = twin_of(Physics(), FOOTED, load_materials())
+    assert {pair: p.feet_friction for pair, p in twin.feet_pairs().items()} == {p: p for p in FEET_PAIRS}
+    assert twin_of(Physics(), BODY, load_materials()).feet_pairs() == {}

@@ -79,3 +79,35 @@ def test_an_unreadable_file_is_named(tmp_path):
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(InvalidData, match="not UTF-8"):
         load_materials(tmp_path / "bytes.toml")
+
+
+FEET = "[feet_test]\nforward_degrees = [16, 17.5, 18]\nbackward_degrees = [38, 41]\n"
+
+
+def test_a_friction_test_gives_coefficients_and_their_spread():
+    test = parse_materials(TPU + FEET, file="mine.toml").feet_test
+    # tangents of 16, 17.5 and 18 degrees: 0.2867, 0.3153, 0.3249
+    assert test.friction == pytest.approx((0.3090, 0.8253), abs=1e-4)
+    assert test.spread == pytest.approx((0.0643, 0.0755), abs=1e-3)
+    assert load_materials("tpu-85a").feet_test is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[38, 41]",
+            "[12, 13]",
+            "hold backward at least as well as forward; friction forward is 0.31, backward",
+        ),
+        ("[38, 41]", "[-38, 41]", r"backward_degrees\[0\] must be positive, not -38"),
+        ("[38, 41]", "[38, 79]", "backward_degrees must be at most 78.7, which is friction 5, not 79"),
+        ("[38, 41]", "[38]", "backward_degrees must hold at least two angles"),
+        ("[38, 41]", "38", "backward_degrees must be a list of numbers, not 38"),
+        ("backward_degrees = [38, 41]\n", "", "backward_degrees is missing"),
+    ],
+)
+def test_a_wrong_friction_test_gets_one_line(old, new, message):
+    with pytest.raises(InvalidData, match=f"^mine.toml: feet_test.? ?(must )?{message}") as caught:
+        parse_materials(TPU + FEET.replace(old, new), file="mine.toml")
+    assert "\n" not in str(caught.value)

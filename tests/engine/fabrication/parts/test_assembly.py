@@ -6,6 +6,7 @@ import trimesh
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import assembly
 from engine.fabrication.parts.assembly import robot_glb
@@ -36,3 +37,14 @@ def test_the_scene_is_the_robot_in_metres():
         matrix, _ = scene.graph[f"link1_{k}"]
         # the matrix stretches a cylinder of 1 mm
         assert 1e-3 * np.linalg.norm(matrix[:3, 2]) < 0.004
+
+
+def test_feet_sit_on_their_rod_ends_and_point_where_they_slide():
+    worn = Foot(number=1, module=1, node=6, lean=60, clock=130, share=1.0, forward=0.1, backward=0.0, off=0.0)
+    scene = trimesh.load(io.BytesIO(robot_glb(BODY, MATERIALS, (worn,))), file_type="glb")
+    assert [n for n in scene.graph.nodes_geometry if "foot" in n] == ["module2_foot_6"]
+    cap, foot = (scene.graph[f"module2_{kind}_6"][0] for kind in ("cap", "foot"))
+    assert foot[:3, 3] == pytest.approx(cap[:3, 3])
+    # its notch lies towards x of its own, the slide above that by 90 degrees less the lean
+    own = np.array([np.sin(np.radians(60)), 0.0, np.cos(np.radians(60))])
+    assert foot[:3, :3] @ own == pytest.approx(cap[:3, :3] @ worn.direction, abs=1e-6)

@@ -107,6 +107,7 @@ def test_pieces_give_the_same_bytes(task, wide):
         poses=np.concatenate([m.poses for m in motions]),
         commands=np.concatenate([m.commands for m in motions]),
         sensed=np.concatenate([m.sensed for m in motions]),
+        forces=np.concatenate([m.forces for m in motions]),
     )
     assert all_bytes(pieces, joined) == wide[task.name]
 
