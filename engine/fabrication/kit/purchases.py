@@ -71,7 +71,7 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             5.0,
         ),
         Purchase(
-            materials.servo.model, f"{n}, one spare", "of that size and torque; measure it", n + 1, 2.0, 6.0
+            materials.servo.model, f"{n}, one spare", "of that size and torque; measure it", n + 1, 3.0, 25.0
         ),
     ]
     printed = printed_parts(morphology, materials)
