@@ -29,7 +29,7 @@ format: $(VENV)/.dev
 	$(BIN)/ruff format .
 
 screenshot: $(VENV)/.dev chromium
-	$(BIN)/python -m tests.browser.screenshot docs/explorer.png
+	$(BIN)/python -m tests.browser.screenshot
 
 chromium: $(VENV)/.dev
 	@sh tests/browser/chromium.sh $(BIN)/python

@@ -82,7 +82,9 @@ def kit_folder(
     title = f"Net of module 1 of {facts.name}"
     files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
     files["kit.pdf"], _ = kit_sheet(facts, materials, module_scene(glb, holder), paper)
-    files["measured.toml"] = measured_form(materials_text(materials), module, materials).encode()
+    friction = reader.config.physics.feet_friction if feet else None
+    form = measured_form(materials_text(materials), module, materials, friction)
+    files["measured.toml"] = form.encode()
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     lines = [f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"]

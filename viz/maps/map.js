@@ -344,6 +344,14 @@
   };
 
   // ---- the enlarged view
+  // what an element stands on: the page may be light or dark
+  const groundOf = (element) => {
+    for (let e = element; e; e = e.parentElement) {
+      const color = getComputedStyle(e).backgroundColor;
+      if (!/^transparent$|, 0\)$/.test(color)) return color;
+    }
+    return "#222324";
+  };
   window.taZoom = (button) => {
     const svg = button.closest(".ta-picture").querySelector("svg").cloneNode(true);
     const { width, height } = svg.viewBox.baseVal;
@@ -360,8 +368,8 @@
     const dialog = document.createElement("dialog");
     dialog.className = "ta-dialog";
     dialog.style.cssText =
-      "border:1px solid #ffffff2e;border-radius:10px;padding:14px 18px;background:#222324;" +
-      "color:#e6e9ee;max-width:none;max-height:none;overflow:hidden";
+      `border:1px solid #8b95a355;border-radius:10px;padding:14px 18px;background:${groundOf(button)};` +
+      `color:${getComputedStyle(button).color};max-width:none;max-height:none;overflow:hidden`;
     close.onclick = () => dialog.close();
     dialog.onclick = (event) => {
       if (event.target === dialog) dialog.close(); // the ground around it
@@ -381,7 +389,7 @@
       const button = document.createElement("button");
       button.textContent = `Save as ${kind}`;
       button.style.cssText =
-        "border:1px solid #ffffff40;border-radius:5px;background:none;color:inherit;font:12px system-ui;" +
+        "border:1px solid #8b95a380;border-radius:5px;background:none;color:inherit;font:12px system-ui;" +
         "padding:3px 10px;cursor:pointer";
       button.onclick = () => keep(svg);
       files.append(button);

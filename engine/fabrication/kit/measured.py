@@ -6,6 +6,7 @@ parts of what was measured.
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Final
 
@@ -44,13 +45,19 @@ _EXAMPLE: Final = re.compile(r"(^[ ]*#[ ]*\[pull_test\].*\n)(^[ ]*#.*\n?)*", re.
 _KEY: Final = re.compile(r"\s*(\w+)\s*=")
 
 
-def measured_form(text: str, morphology: Morphology, materials: Materials) -> str:
+def measured_form(
+    text: str,
+    morphology: Morphology,
+    materials: Materials,
+    feet_friction: tuple[float, float] | None = None,
+) -> str:
     """Return the form for a body.
 
     Args:
         text: of the materials file.
         morphology: what is built.
         materials: what the file says.
+        feet_friction: forward and backward, that the robot's feet are simulated with; None without feet.
     """
     steps = {(table, key): (n, how) for n, (table, key, how) in enumerate(MEASURES, start=2)}
     table, lines = "", []
@@ -64,7 +71,25 @@ def measured_form(text: str, morphology: Morphology, materials: Materials) -> st
         else:
             lines.append(line)
     form = _HEADER + "\n".join(lines) + "\n"
-    return form if materials.pull_test is not None else form + _pull_test(morphology, materials)
+    if materials.pull_test is None:
+        form += _pull_test(morphology, materials)
+    if materials.feet_test is None and feet_friction is not None:
+        form += _feet_test(feet_friction)
+    return form
+
+
+def _feet_test(friction: tuple[float, float]) -> str:
+    """Return the table of the friction test of feet, commented out until it is filled in."""
+    n = len(MEASURES) + 2
+    forward, backward = (f"{math.degrees(math.atan(f)):.0f}" for f in friction)
+    return f"""
+# MEASURE {n}: press three feet (parts/foot_090) on parts/friction_sled, notches towards its point, and tilt a
+# board with your floor on it until the sled keeps sliding: five times with its point downhill, five times
+# uphill. Take the # away from the lines below, and correct them.
+# [feet_test]
+# forward_degrees = [{forward}, {forward}]  # MEASURE {n}: angles, point downhill
+# backward_degrees = [{backward}, {backward}]  # MEASURE {n}: angles, point uphill
+"""
 
 
 def _pull_test(morphology: Morphology, materials: Materials) -> str:

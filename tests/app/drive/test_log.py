@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.drive.eyes import HeadPose, Seen
 from app.drive.log import Driven, LogWriter, Record, read_log
 from app.drive.path import MeasuredPath
 from engine.errors import ExportError, InvalidData
+from tests.support.made_up import examples
 
 DRIVEN = Driven(637, 4, "goal-reaching", "mine", False)
 PLACES = st.floats(-3.0, 3.0)
@@ -27,7 +28,7 @@ RECORDS = st.lists(
 )
 
 
-@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(50)
 @given(records=RECORDS)
 def test_a_log_is_read_as_it_was_written(tmp_path, records):
     path = tmp_path / "drive.jsonl"

@@ -107,7 +107,7 @@ def test_a_replay_that_is_held_says_every_moment_that_it_goes_to() -> None:
     """However fast it would play: at eight times the speed a step of 0.2 s is less than between two lines."""
     gui, player, slider = Gui(), MagicMock(), Slider()
     gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
-    player.replay = SimpleNamespace(start_time=0.0, morphology=None)
+    player.replay = SimpleNamespace(start_time=0.0, morphology=None, frames=())
     player.until, player.time, player.speed = 2.0, 0.5, 8.0
     client: Any = SimpleNamespace(gui=gui)
     panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)

@@ -13,7 +13,7 @@ from engine.config import RunConfig, replaced
 from engine.errors import InvalidData
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_search import PAPER_REFITS, MapSearchConfig
-from engine.search.variation import MUTATIONS
+from engine.search.variation import PUBLISHED
 from tests.support.expected_map import ExpectedMap, compete, numbers
 from tests.support.made_up import (
     REFITS,
@@ -189,9 +189,9 @@ def test_a_mutation_changes_what_it_names_and_always_something():
         else:
             assert any(changed)
     kinds = Counter(child.operator for child in children)
-    assert set(kinds) == {"morphology", "controller", "both"} == set(MUTATIONS)
+    assert set(kinds) == {"morphology", "controller", "both"} == set(PUBLISHED.operators)
     # a third each; five standard deviations are 91
-    assert all(abs(kinds[k] - n / 3) < 91 for k in MUTATIONS)
+    assert all(abs(kinds[k] - n / 3) < 91 for k in kinds)
     # with "both", a body stays what it was only by chance, and rarely
     both = [c for c in children if c.operator == "both"]
     assert sum(c.morphology != parents[c.parent].morphology for c in both) > len(both) / 2
@@ -332,7 +332,7 @@ def test_solutions_stay_random_until_there_is_something_to_project(n_whole):
     assert {s.operator for s in again} == {"random"}
     assert [s.number for s in again] == list(range(12, 24))
     algorithm.tell(evaluate(again))
-    assert {s.operator for s in algorithm.ask()} <= set(MUTATIONS)
+    assert {s.operator for s in algorithm.ask()} <= set(PUBLISHED.operators)
 
 
 def test_a_generation_of_failures_only_changes_no_archive():

@@ -1,6 +1,7 @@
 """A kit's figures: what to buy, how it is fed, the form that feeds back."""
 
 import dataclasses
+import re
 
 import pytest
 
@@ -94,3 +95,13 @@ def test_the_form_is_a_materials_file_before_and_after_it_is_filled_in(preset):
         assert again.cable.max_strain == pytest.approx(materials.cable.max_strain, rel=0.01)
         pulled = dataclasses.replace(again.pull_test, force=2 * again.pull_test.force)
         assert pulled.modulus == pytest.approx(2 * again.pull_test.modulus)
+
+
+def test_the_form_asks_for_the_friction_of_feet_where_there_are_some():
+    materials = load_materials()
+    form = measured_form(preset_text("latex-cord"), MODULE, materials, (0.3, 0.8))
+    filled = re.sub(r"^# (?=\[feet_test\]|forward_degrees|backward_degrees)", "", form, flags=re.MULTILINE)
+    found = parse_materials(filled, file="mine.toml")
+    assert found.feet_test.friction == pytest.approx((0.3, 0.8), rel=0.03)
+    assert parse_materials(form, file="mine.toml").feet_test is None
+    assert "feet_test" not in measured_form(preset_text("latex-cord"), MODULE, materials)
