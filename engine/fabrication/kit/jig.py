@@ -33,7 +33,7 @@ STANDS: Final = (
 """Ways in which a module may stand in its jig, as quaternions (x, y, z, w)."""
 BELOW: Final = 30.0
 """Room between the plate and the lowest node for fingers, in mm."""
-POST: Final = 2.0
+POST: Final = 3.0
 """Radius of a post, in mm."""
 PLATE: Final = 3.0
 """Thickness of the plate, in mm."""
@@ -54,9 +54,9 @@ _SAMPLED: Final = 3.0
 _ROD: Final = re.compile(r"_rod(\d+)$")
 _OTHERS: Final = re.compile(r"_cap_|_cable_|_servo_\d+$")
 """Names of parts that are put on later, once the module lies in the jig."""
-_PLACES: Final = 25
+_PLACES: Final = 13
 """Along each rod that are looked at."""
-_BEST: Final = 4
+_BEST: Final = 5
 """Of them that are combined."""
 
 
