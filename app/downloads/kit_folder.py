@@ -81,10 +81,10 @@ def kit_folder(
         files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
     title = f"Net of module 1 of {facts.name}"
     files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
-    files["kit.pdf"], _ = kit_sheet(facts, materials, module_scene(glb, holder), paper)
     friction = reader.config.physics.feet_friction if feet else None
-    form = measured_form(materials_text(materials), module, materials, friction)
-    files["measured.toml"] = form.encode()
+    text = materials_text(materials)
+    files["kit.pdf"], _ = kit_sheet(facts, materials, text, module_scene(glb, holder), paper)
+    files["measured.toml"] = measured_form(text, module, materials, friction).encode()
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     lines = [f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"]

@@ -187,6 +187,8 @@ class RunForm:
         widget: Any
         if kind is int:
             widget = self._gui.add_number(label, value, step=1, hint=hint)
+        elif kind is bool:
+            widget = self._gui.add_checkbox(label, value, hint=hint)
         elif kind is str or typing.get_origin(kind) is typing.Literal:
             widget = self._gui.add_dropdown(label, tuple(options), initial_value=value, hint=hint)
         else:  # viser would round a small number
@@ -212,7 +214,7 @@ class RunForm:
             if field.path[0] in but:
                 continue
             value = functools.reduce(getattr, field.path[1:], own[field.path[0]])
-            written = value if field.kind is int else write(value)
+            written = value if field.kind in (int, bool) else write(value)
             if written in getattr(field.widget, "options", (written,)):  # a task may be somebody's file
                 put(field.widget, written)
 

@@ -13,6 +13,7 @@ from typing import Final
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
+from engine.files import parse_toml
 
 MEASURES: Final = (
     (
@@ -32,7 +33,7 @@ MEASURES: Final = (
     ("plastic", "density_kg_m3", "the mass of a printed cap by the volume that the slicer says"),
     ("line", "linear_density_kg_m", "the mass of 10 m by 10"),
 )
-"""Table and key of what is measured after the pull test, and how, in that order."""
+"""Table and key of what is measured after the pull test, and how, in that order; those that a file has."""
 _HEADER: Final = """\
 # A form for one module. It is a materials file: go through it in the order of the numbers, write
 # what you measured over what is there, and make the parts of that with
@@ -43,6 +44,13 @@ _TABLE: Final = re.compile(r"\s*\[+\s*(\w+)\s*\]+")
 _EXAMPLE: Final = re.compile(r"(^[ ]*#[ ]*\[pull_test\].*\n)(^[ ]*#.*\n?)*", re.MULTILINE)
 """A pull test that a preset shows as a comment; the form has its own."""
 _KEY: Final = re.compile(r"\s*(\w+)\s*=")
+
+
+def measures(text: str) -> list[tuple[int, str, str, str]]:
+    """Return number, table, key and how of what is measured for a materials file, after the pull test."""
+    content = parse_toml(text, file="materials")
+    there = [m for m in MEASURES if m[1] in content.get(m[0], {})]
+    return [(n, *m) for n, m in enumerate(there, start=2)]
 
 
 def measured_form(
@@ -59,7 +67,7 @@ def measured_form(
         materials: what the file says.
         feet_friction: forward and backward, that the robot's feet are simulated with; None without feet.
     """
-    steps = {(table, key): (n, how) for n, (table, key, how) in enumerate(MEASURES, start=2)}
+    steps = {(table, key): (n, how) for n, table, key, how in measures(text)}
     table, lines = "", []
     for line in _EXAMPLE.sub("", text).splitlines():
         if found := _TABLE.match(line):

@@ -71,7 +71,9 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             2.0,
             5.0,
         ),
-        Purchase(materials.servo.model, f"{n}, one spare", "case of 20 × 8.6 mm, 5 g", n + 1, 5.0, 25.0),
+        Purchase(
+            materials.servo.model, f"{n}, one spare", "of that size and torque; measure it", n + 1, 3.0, 25.0
+        ),
         Purchase(
             f"round steel, Ø {2 * BALLAST_RADIUS:.0f} mm",
             f"{n} of {ballast_length(materials):.1f} mm",

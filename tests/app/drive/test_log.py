@@ -129,6 +129,8 @@ def test_a_path_is_seen_from_where_the_head_began(turn, origin):
     assert noisy.aim.distance == 45
     assert abs(noisy.aim.bearing - 90) <= 1
     assert noisy.at(4.0) == pytest.approx([0.0, 0.04], abs=4e-3)
+    # also where it began: the mean of all pictures in which it rests
+    assert noisy.places[noisy.times <= 0.0].mean(axis=0) == pytest.approx([0.0, 0.0], abs=1e-3)
 
 
 def test_a_log_without_a_path_gets_one_line():

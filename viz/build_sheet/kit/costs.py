@@ -8,7 +8,7 @@ from typing import Final
 from reportlab.platypus import Flowable
 
 from engine.body.morphology import Morphology
-from engine.fabrication.kit.measured import MEASURES
+from engine.fabrication.kit.measured import measures
 from engine.fabrication.kit.power import LARGEST_DROP, power
 from engine.fabrication.kit.purchases import AS_OF, HOURS, print_hours, purchases, total
 from engine.fabrication.materials import Materials
@@ -30,7 +30,7 @@ _FILAMENT: Final = (
 
 
 def pages(
-    morphology: Morphology, n_servos: Sequence[int], materials: Materials, paper: Paper
+    morphology: Morphology, n_servos: Sequence[int], materials: Materials, text: str, paper: Paper
 ) -> list[Flowable]:
     """Return the section.
 
@@ -38,6 +38,7 @@ def pages(
         morphology: what the kit is for.
         n_servos: numbers of servos to say the power for.
         materials: what it is built from.
+        text: of the materials file.
         paper: to print on.
     """
     width = paper.inner_width
@@ -113,7 +114,7 @@ def pages(
                         ["1", "pull test", "“Pull test of the cable material”, before anything is cut", ""],
                         *[
                             [str(n), f"{table}: {key.replace('_', ' ')}", style.escaped(how), ""]
-                            for n, (table, key, how) in enumerate(MEASURES, start=2)
+                            for n, table, key, how in measures(text)
                         ],
                     ],
                     blocks.columns(width, 5, 28, 50, 17),

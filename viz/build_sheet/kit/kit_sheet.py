@@ -26,7 +26,7 @@ def lone_facts(facts: Facts) -> Facts:
 
 
 def kit_sheet(
-    facts: Facts, materials: Materials, scene: ScenePictures, paper: PaperName = "a4"
+    facts: Facts, materials: Materials, text: str, scene: ScenePictures, paper: PaperName = "a4"
 ) -> tuple[bytes, PageLayout]:
     """Return the PDF, and where everything is on its pages.
 
@@ -35,6 +35,7 @@ def kit_sheet(
     Args:
         facts: of the robot whose first module the kit is for.
         materials: what it is built from.
+        text: of the materials file.
         scene: of that module, with the jig if there is one.
         paper: to print on.
     """
@@ -48,7 +49,7 @@ def kit_sheet(
             *bill_of_materials.pages(alone, materials, sheet),
             *cut_list.pages(alone, materials, sheet),
         ],
-        costs.pages(alone.morphology, sorted({1, 2, 4, 6, 8, 10, n}), materials, sheet),
+        costs.pages(alone.morphology, sorted({1, 2, 4, 6, 8, 10, n}), materials, text, sheet),
         net.pages(alone, materials, sheet),
         steps.pages(scene, sheet),
         assembly.pages(alone, materials, sheet),

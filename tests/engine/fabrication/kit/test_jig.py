@@ -42,10 +42,13 @@ def test_it_is_one_printable_piece_that_stands(made):
 def test_it_holds_every_rod(made):
     for a, b in t.RODS:
         rod = solids.bar(made.nodes[a], made.nodes[b], 1e3 * t.ROD_RADIUS)
-        # it lies in its bore with a little play, and cannot leave it upwards without a snap
+        # it lies in its bore with a little play, and cannot leave it without a snap
         assert 0.0 < made.solid.min_gap(rod, 5.0) < 0.2
-        raised = rod.translate((0.0, 0.0, 1.0))
-        assert (raised ^ made.solid).volume() > 0.5
+        axis = (made.nodes[b] - made.nodes[a]) / np.linalg.norm(made.nodes[b] - made.nodes[a])
+        up = np.array([0.0, 0.0, 1.0]) - axis * axis[2]
+        for height, meets in ((1.0, True), (6.0, False)):
+            raised = rod.translate(tuple(height * up / np.linalg.norm(up)))
+            assert ((raised ^ made.solid).volume() > 0.5) == meets
         assert made.nodes[[a, b], 2].min() >= PLATE + BELOW - 1e-6
 
 

@@ -9,7 +9,7 @@ from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.kit.lone_module import LoneModule
-from engine.fabrication.kit.measured import MEASURES, measured_form
+from engine.fabrication.kit.measured import measured_form, measures
 from engine.fabrication.kit.power import LARGEST_DROP, RESISTIVITY, WIRES, power
 from engine.fabrication.kit.purchases import print_hours, purchases, total
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
@@ -79,7 +79,10 @@ def test_the_form_is_a_materials_file_before_and_after_it_is_filled_in(preset):
     assert parse_materials(text, file=preset) == materials
     # every step is marked once, in order of the list, on the line of its key
     lines = text.splitlines()
-    for n, (_, key, how) in enumerate(MEASURES, start=2):
+    listed = measures(preset_text(preset))
+    assert [m[0] for m in listed] == list(range(2, 2 + len(listed)))
+    assert {"body_length_mm", "shaft_diameter_mm", "clearance_mm"} <= {m[2] for m in listed}
+    for n, _, key, how in listed:
         marked = [line for line in lines if f"# MEASURE {n}: " in line]
         assert len(marked) == 1
         assert marked[0].startswith(f"{key} = ")

@@ -12,7 +12,7 @@ from engine.export import simulate_trial
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.kit.jig import jig
 from engine.fabrication.kit.lone_module import LoneModule
-from engine.fabrication.materials import load_materials
+from engine.fabrication.materials import load_materials, preset_text
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.net import lay_out, module_net
 from engine.storage.reader import RunReader
@@ -44,7 +44,7 @@ def scene(facts):
 
 @pytest.fixture(scope="module")
 def sheet(facts, scene):
-    return kit_sheet(facts, MATERIALS, scene)
+    return kit_sheet(facts, MATERIALS, preset_text("latex-cord"), scene)
 
 
 def test_nothing_overflows_or_lies_over_something_else(sheet):
