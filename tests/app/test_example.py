@@ -13,7 +13,7 @@ from app.runs.library import EXAMPLE, NEW_RUNS, PROJECT_ARCHIVES, Library
 from engine.storage.check import check_run
 from engine.storage.reader import RunReader
 
-MOST_BYTES = 2_000_000
+MOST_BYTES = 4_000_000
 
 
 def test_the_example_is_small_and_every_elite_is_there() -> None:
