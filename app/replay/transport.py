@@ -287,15 +287,12 @@ class TransportPanel:
             put(self._slider, shown + self._step / 100)
         put(self._slider, shown)
         self._shown_time = player.time
-        self._text.content = _text(
-            describe(player),
-            self._legend(replay),
-        )
+        self._text.content = _text(describe(player), self._legend(replay))
 
     def _legend(self, replay: Playable) -> str:
         shown = {name for name, box in self._overlays.items() if box.value}
         legend = tension_legend.render(full_tension(replay.morphology)) if "tension" in shown else ""
-        known = any(frame.forces is not None for frame in replay.frames[-1:])
+        known = bool(replay.frames) and replay.frames[-1].forces is not None
         return legend + (tension_legend.friction() if known and "contacts" in shown else "")
 
     def tick(self) -> None:

@@ -16,6 +16,7 @@ from app.server.server import serve
 from engine.body import module as t
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
+from tests.support.faulty import wait_until
 from tests.support.widgets import best_distance, field_of
 
 pytestmark = pytest.mark.browser
@@ -53,14 +54,16 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         )
         expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
         expect(page.get_by_role("button", name="Pause")).to_have_count(0)  # it has ended
+        expect(page.locator(".ta-replay")).to_contain_text(f"{replay.trial_time:.1f} s")
+        expect(page.get_by_text("be built")).to_be_visible()  # nothing moves any more
+        page.wait_for_timeout(500)
         (client,) = server.get_clients().values()
         nodes = client.scene._handle_from_node_name
         lit = page.locator("style.ta-lit")
 
         # pointed at in the network, it lights up in the scene and in both plots
         page.locator('svg.ta-network [data-m="1"] > .ta-back').hover(force=True)
-        expect(lit).to_be_attached()
-        assert '[data-m="1"]' in (lit.text_content() or "")
+        page.wait_for_function("document.querySelector('style.ta-lit')?.textContent.includes('data-m=\"1\"')")
         rods = np.array(nodes["/robot/rods"].batched_positions)[len(t.RODS) : 2 * len(t.RODS)]
         assert nodes["/pointed/lit"].batched_positions == pytest.approx(rods)
         assert nodes["/pointed/lit"].visible
@@ -80,6 +83,7 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         middle = np.array(nodes["/robot/cables"].points)[wanted.index].mean(axis=0)
         page.mouse.click(*place_on_screen(page, client.camera, middle))
         expect(lit).to_be_attached()
+        wait_until(lambda: page.wait_for_timeout(100) or "/pointed/label" in nodes)
         label = nodes["/pointed/label"]
         assert label.text == f"{wanted.name}: {wanted.force(replay.frames[-1], body)}"
         field = field_of(page, "Time")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, FilePayload, Page, expect
 
-from tests.support.widgets import field_of, press, unfold
+from tests.support.widgets import click_cell, field_of, press, unfold
 
 pytestmark = pytest.mark.browser
 Visit = Callable[[str], Page]
@@ -26,13 +25,7 @@ CUT = """() => {
 
 def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, tmp_path: Path) -> None:
     page = visit(address)
-    cell = page.locator(FILLED).first
-    cell.click(force=True, no_wait_after=True)
-    chosen = re.compile(rf"cell={cell.get_attribute('data-c').partition(':')[2]}&robot=(\d+)")
-    page.wait_for_url(chosen)  # until then the card is of the robot that greets
-    number = chosen.search(page.url)[1]
-    card = page.locator(".ta-card")
-    expect(card).to_contain_text(f"Robot {number}")
+    number, card = click_cell(page, page.locator(FILLED).first), page.locator(".ta-card")
     expect(page).to_have_title(f"TensAtlas · robot {number} of small")
 
     # the scene has half of the window, and what is needed seldom is folded away
@@ -73,7 +66,9 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, t
         page.get_by_role("button", name="Save a picture of the scene").click()
     assert waiting.value.suggested_filename == f"TensAtlas-robot-{number}-of-small.png"
     with Image.open(waiting.value.path()) as picture:
-        assert picture.width == scene["width"]
+        # a slow browser draws fewer points
+        assert picture.width / picture.height == pytest.approx(scene["width"] / scene["height"], rel=0.02)
+        assert picture.width > scene["width"] / 3
         assert len(picture.getcolors(maxcolors=1 << 20) or ()) > 100
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.get_by_role("button", name="Copy the address of what you see").click()

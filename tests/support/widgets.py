@@ -20,6 +20,18 @@ def press(page: Page, name: str) -> None:
     page.locator(".ta-bar button", has_text=re.compile(f"^{name}")).click()
 
 
+def click_cell(page: Page, cell: Locator) -> int:
+    """Click a cell of a map and return its robot's number, once the card is its own, not the greeter's."""
+    name = (cell.get_attribute("data-c") or "").partition(":")[2]
+    chosen = re.compile(rf"cell={name}&robot=(\d+)")
+    cell.click(force=True, no_wait_after=True)
+    page.wait_for_url(chosen)
+    found = chosen.search(page.url)
+    assert found is not None
+    page.locator(".ta-card", has_text=f"Robot {found[1]} ").wait_for()
+    return int(found[1])
+
+
 def unfold(page: Page) -> None:
     """Show the controls of the replay that are folded away."""
     page.locator(".ta-fold").click()

@@ -25,7 +25,7 @@ def render(full_tension: float) -> str:
 def friction() -> str:
     """Return the legend of the arrows on the ground."""
     return (
-        '<span class="ta-tension" title="How hard the ground pushes a rod end along the floor"'
+        '<span class="ta-friction" title="How hard the ground pushes a rod end along the floor"'
         ' style="white-space:nowrap;font-size:11.5px;margin-left:10px">friction'
         f' <span style="color:{theme.css(theme.CONTACT)}">⟶</span>'
         f' <span style="opacity:.7">1 cm: {0.01 / ARROW_PER_NEWTON:.2g} N</span></span>'
