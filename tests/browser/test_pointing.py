@@ -17,7 +17,7 @@ from engine.body import module as t
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from tests.support.faulty import wait_until
-from tests.support.widgets import best_distance, field_of
+from tests.support.widgets import best_distance, click_cell, field_of
 
 pytestmark = pytest.mark.browser
 
@@ -49,9 +49,7 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
     body = evaluation.solution.morphology
     with serve([small_run], host="127.0.0.1", port=0) as server:
         page = visit(f"http://127.0.0.1:{server.get_port()}")
-        page.locator(f'g[data-c="morphology:{",".join(map(str, cell))}"]').click(
-            force=True, no_wait_after=True
-        )
+        click_cell(page, page.locator(f'g[data-c="morphology:{",".join(map(str, cell))}"]'))
         expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
         expect(page.get_by_role("button", name="Pause")).to_have_count(0)  # it has ended
         expect(page.locator(".ta-replay")).to_contain_text(f"{replay.trial_time:.1f} s")

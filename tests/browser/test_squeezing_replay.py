@@ -16,7 +16,7 @@ from app.server.server import serve
 from engine.config import RunConfig, replaced
 from engine.runs import evolve as run
 from engine.storage.reader import RunReader
-from tests.support.widgets import best_distance, field_of
+from tests.support.widgets import best_distance, click_cell, field_of
 
 pytestmark = pytest.mark.browser
 
@@ -33,13 +33,11 @@ def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
 ) -> None:
     with serve([squeezing_run], host="127.0.0.1", port=0) as server, RunReader(squeezing_run) as reader:
         page = visit(f"http://127.0.0.1:{server.get_port()}")
-        page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]').first.click(
-            force=True, no_wait_after=True
-        )
+        filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
+        evaluation = reader.evaluation(click_cell(page, filled.first))
         line, card = page.locator(".ta-replay"), page.locator(".ta-card")
         expect(line).to_contain_text("exactly as evaluated")
         expect(card).to_contain_text("; by final distance, less 4 cm past the gate")
-        evaluation = reader.evaluation(int((card.text_content() or "").split()[1]))
         expect(line).to_contain_text(f"scores {best_distance(evaluation)[1]:.2f} cm at 2 s")
 
         (client,) = server.get_clients().values()
