@@ -163,6 +163,7 @@ class Player:
     def seek(self, moment: float) -> None:
         """Go to a time of the trial's clock, in s."""
         with self._mutex:
+            self._ended = -LAG  # who has seen the end and gone elsewhere means to play
             if self._replay is not None:
                 self.time = min(max(moment, self._replay.start_time), self.until)
         self._wake.set()

@@ -115,6 +115,12 @@ def test_a_pause_that_comes_just_after_the_end_does_not_start_all_over(
     monkeypatch.setattr("app.replay.player.LAG", 1e9)
     player.toggle()
     assert not player.playing
+    # who has gone to another moment since does not mean to pause
+    player.seek(0.5)
+    player.toggle()
+    assert player.playing
+    player.seek(replay.end_time)
+    wait(lambda: not player.playing)
     monkeypatch.setattr("app.replay.player.LAG", 0.0)
     player.toggle()
     assert player.playing
