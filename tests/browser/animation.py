@@ -25,7 +25,7 @@ GENERATIONS: Final = (0, 1, 3, 6, 10, 16, 25, 40, 60, 90, 130, 180, 234)
 """Shown one after the other, while the maps fill."""
 SETTLE: Final = 500
 """Milliseconds until a page has drawn what it shows."""
-CELL: Final = "4,0"
+CELL: Final = "2,0"
 """Of the morphology archive, that is clicked."""
 POINTER: Final = ((0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (13, 12))
 """Corners of an arrow, in pixels of the page; no screenshot has the pointer."""

@@ -58,8 +58,8 @@ def _greeting(page: Page) -> None:
 
 
 def _robot(page: Page) -> None:
-    page.locator('g[data-c="morphology:4,0"]').click(force=True, no_wait_after=True)
-    page.locator(".ta-card", has_text="cell 4,0").wait_for()
+    page.locator('g[data-c="morphology:2,0"]').click(force=True, no_wait_after=True)
+    page.locator(".ta-card", has_text="cell 2,0").wait_for()
     hold(page, 12.0)
     page.get_by_role("tab", name="Servos").click()
     servos = page.locator("svg.ta-servos")
@@ -106,7 +106,7 @@ def _enlarged(page: Page) -> None:
 
 
 def _side_by_side(page: Page) -> None:
-    for cell in ("0,0", "4,0", "8,1"):
+    for cell in ("0,0", "2,0", "5,0"):
         page.locator(f'g[data-c="morphology:{cell}"]').click(force=True, no_wait_after=True)
         page.locator(".ta-card", has_text=f"cell {cell}").wait_for()
         page.get_by_role("button", name="Pin", exact=True).click(force=True)
