@@ -64,7 +64,7 @@ def _robot(page: Page) -> None:
     page.get_by_role("tab", name="Servos").click()
     servos = page.locator("svg.ta-servos")
     servos.scroll_into_view_if_needed()
-    page.locator('svg.ta-servos [data-m="5"] > .ta-back').hover(force=True)
+    page.locator('svg.ta-servos [data-m="3"] > .ta-back').hover(force=True)
     page.locator("style.ta-lit").wait_for(state="attached")
 
 
