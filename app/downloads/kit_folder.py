@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import fnmatch
 from typing import Final
 
-from app.downloads.robot_folder import materials_text, place_of
+from app.downloads.robot_folder import list_of_files, materials_text, place_of
 from engine.export import simulate_trial
 from engine.fabrication.as_built import twin_of
 from engine.fabrication.dimensions.cables import design_cables
@@ -87,9 +86,6 @@ def kit_folder(
     files["measured.toml"] = measured_form(text, module, materials, friction).encode()
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
-    lines = [f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"]
-    for pattern, what in _WHAT:
-        if fnmatch.filter(files, pattern):
-            lines.append(f"- `{pattern}`: {what}.\n")
-    files["README.md"] = "".join(lines).encode()
+    heading = f"# A kit for module 1 of {facts.name} of {facts.run_name}\n\n"
+    files["README.md"] = (heading + list_of_files(files, _WHAT)).encode()
     return files

@@ -6,6 +6,7 @@ import fnmatch
 import hashlib
 import importlib.metadata
 import json
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -129,7 +130,9 @@ def robot_folder(
         "tables/paths.csv": _paths(facts),
         "tables/as_built.csv": _as_built(twin, as_built),
     }
-    files["README.md"] += _list_of_files({*files, "manifest.json"}).encode()
+    files["README.md"] += (
+        "\n## The whole folder\n\n" + list_of_files({*files, "manifest.json"}, _WHAT)
+    ).encode()
     files["manifest.json"] = _manifest(reader, facts, materials, files)
     return files
 
@@ -205,13 +208,16 @@ def what_is(name: str) -> str:
     return next(what for pattern, what in _WHAT if fnmatch.fnmatch(name, pattern))
 
 
-def _list_of_files(names: set[str]) -> str:
-    """Return the section of the README that lists the folder; names alike are listed together."""
-    lines = ["\n## The whole folder\n\n"]
-    for pattern, what in _WHAT:
-        if fnmatch.filter(names, pattern):
-            lines.append(f"- `{pattern}`: {what}.\n")
-    return "".join(lines)
+def list_of_files(names: Iterable[str], described: Sequence[tuple[str, str]]) -> str:
+    """Return a folder's files for its README; names alike are listed together.
+
+    Args:
+        names: of the files.
+        described: patterns of names, and what such a file is.
+    """
+    return "".join(
+        f"- `{pattern}`: {what}.\n" for pattern, what in described if fnmatch.filter(names, pattern)
+    )
 
 
 def _internal_cables() -> bytes:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from app.drive.log import read_log
 from app.drive.path import MeasuredPath
-from app.server.log import limit_log
-from app.server.server import Listening, Start, announce, serve_sessions, wait_for_interrupt
+from app.server.server import Listening, Start, serve_until_interrupted
 from app.session.log_session import LogSession
 from engine.errors import InvalidData
 from engine.fabrication.as_built import twin_of
@@ -31,12 +30,7 @@ def replay_log(path: Path, run: Path, materials: str, listening: Listening) -> N
         RunFileError: the run cannot be read.
         ServerError: the address cannot be listened on.
     """
-    start = log_sessions(path, run, materials)
-    access = listening.access
-    limit_log()
-    with serve_sessions(start, host=listening.host, port=listening.port, access=access) as server:
-        announce(server, listening, access)
-        wait_for_interrupt()
+    serve_until_interrupted(log_sessions(path, run, materials), listening)
 
 
 def log_sessions(path: Path, run: Path, materials: str) -> Start:

@@ -114,14 +114,25 @@ def replay_dump(path: Path, listening: Listening) -> None:
         ServerError: the address cannot be listened on.
     """
     dump = read_dump(path)
+    serve_until_interrupted(
+        lambda client, _gate, lanes: DumpSession(client, dump, lanes.simulating), listening
+    )
+
+
+def serve_until_interrupted(start: Start, listening: Listening) -> None:
+    """Serve sessions of what is no run until interrupted.
+
+    Args:
+        start: starts the session of a browser.
+        listening: where, and whom to answer.
+
+    Raises:
+        InvalidData: the token or an origin cannot be used.
+        ServerError: the address cannot be listened on.
+    """
     access = listening.access
     limit_log()
-    with serve_sessions(
-        lambda client, _gate, lanes: DumpSession(client, dump, lanes.simulating),
-        host=listening.host,
-        port=listening.port,
-        access=access,
-    ) as server:
+    with serve_sessions(start, host=listening.host, port=listening.port, access=access) as server:
         announce(server, listening, access)
         wait_for_interrupt()
 

@@ -10,6 +10,7 @@ Read in this order:
 - ``commands``: the command palette.
 - ``preferences``: what a browser remembers: light or dark.
 - ``software_rendering``: tells who has no graphics card.
-- ``dump_session``: a browser that looks at a failed simulation instead of runs.
+- ``lone_replay``: a browser that looks at one replay instead of runs.
+- ``dump_session``: a browser that looks at a failed simulation.
 - ``log_session``: a browser that looks at the log of a drive.
 """

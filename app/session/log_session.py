@@ -9,14 +9,8 @@ from scipy.spatial.transform import Rotation
 from app.drive.log import Driven
 from app.drive.path import MeasuredPath
 from app.gui.lanes import Lane
-from app.gui.widgets import panel_widths
-from app.replay.player import Player, ReplayMoment
-from app.replay.scene import Scene, view_named
-from app.replay.scene_camera import SceneCamera
-from app.replay.scene_overlay import SceneOverlay
-from app.replay.transport import TransportEvents, TransportPanel
-from app.robot.robot_panel import dock
-from app.session.software_rendering import tell_of_software_rendering
+from app.replay.player import ReplayMoment
+from app.session.lone_replay import LoneReplaySession
 from engine.config import RunConfig
 from engine.replay.replay import Replay
 from engine.simulation.evaluation import Evaluation
@@ -32,7 +26,7 @@ RADIUS = 0.009
 """In m, of the ball at the measured head."""
 
 
-class LogSession:
+class LogSession(LoneReplaySession):
     """Plays a simulation and draws what was measured into it.
 
     Args:
@@ -55,51 +49,22 @@ class LogSession:
         materials: str,
         simulating: Lane,
     ) -> None:
-        gui, camera, page = client.gui, SceneCamera(client), client.camera.image_width
-        width = panel_widths(page)[1]
-        dock(gui, width)
-        self._replay = Replay(config, evaluation, aim=path.aim)
-        with gui.add_folder("A drive and its simulation"):
-            gui.add_html(
-                robot_card.render_drive(
-                    driven.robot,
-                    {
-                        "run": driven.run or "not named",
-                        "driven": "a simulated robot" if driven.simulated else "a robot that was built",
-                        "target": path.aim.name,
-                        "head": f"from {100 * path.before:.1f} to {100 * path.after:.1f} cm from the target",
-                        "measured": f"{max(path.times[-1], 0.0):.1f} s, the orange path",
-                        "simulated": f"as built of {materials}, the pink path",
-                    },
-                )
-            )
         self._client, self._path = client, path
-        self._scene = Scene(client, camera)
+        self._replay = Replay(config, evaluation, aim=path.aim)
         self._head: viser.IcosphereHandle | None = None
-        overlay = SceneOverlay(gui)
-
-        def look(what: str) -> None:
-            if (view := view_named(what)) is not None:
-                self._scene.look(view)
-
-        overlay.on_do(look)
-        self._player = Player(lane=simulating)
-        self._player.show_with(self._show)
-        transport = TransportPanel(client, self._player, self._scene, TransportEvents(), room=page - width)
-        transport.show_only("1 ×")
-        self._player.load(self._replay)
-        tell_of_software_rendering(client, overlay.show_chip)
-
-    def cancel(self) -> None:
-        """Give up what is played for a browser that has gone."""
-        self._player.cancel()
-
-    def close(self) -> None:
-        """End the threads of a browser that has gone."""
-        self._player.close()
+        facts = {
+            "run": driven.run or "not named",
+            "driven": "a simulated robot" if driven.simulated else "a robot that was built",
+            "target": path.aim.name,
+            "head": f"from {100 * path.before:.1f} to {100 * path.after:.1f} cm from the target",
+            "measured": f"{max(path.times[-1], 0.0):.1f} s, the orange path",
+            "simulated": f"as built of {materials}, the pink path",
+        }
+        card = robot_card.render_drive(driven.robot, facts)
+        super().__init__(client, "A drive and its simulation", card, self._replay, simulating)
 
     def _show(self, moment: ReplayMoment) -> None:
-        self._scene.show(moment)
+        super()._show(moment)
         if self._head is None:
             self._head = self._drawn()
         if self._head is not None:

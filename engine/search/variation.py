@@ -251,12 +251,11 @@ class Variation:
         """
         operator = self.rng.choice(self._operators)
         morphology, controller = parent.morphology, parent.controller
+        if operator == "exchange":
+            controller = mates.donor(self._config.donors)
+            if controller == parent.controller:  # which may be all that there is
+                operator = "controller"
         while (morphology, controller) == (parent.morphology, parent.controller):
-            if operator == "exchange":
-                controller = mates.donor(self._config.donors)
-                if controller == parent.controller:  # which may be all that there is
-                    operator = "controller"
-                continue
             if operator != "controller":
                 morphology = mutate_morphology(parent.morphology, self.rng, self._config.body, self._feet)
             if operator != "morphology":

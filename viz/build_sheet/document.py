@@ -10,7 +10,7 @@ from typing import Any
 
 from reportlab import rl_config
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageBreak, PageTemplate
 
 from viz.build_sheet import style
 from viz.build_sheet.pen import Box, Picture
@@ -34,6 +34,16 @@ class PageLayout:
     grids: list[Box] = dataclasses.field(default_factory=list)
     too_narrow: list[str] = dataclasses.field(default_factory=list)
     n_pages: int = 0
+
+
+def on_pages_of_their_own(sections: Sequence[Sequence[Flowable]]) -> list[Flowable]:
+    """Return the content of sections, each of which begins a page; an empty one takes none."""
+    story: list[Flowable] = []
+    for section in filter(None, sections):
+        if story:
+            story.append(PageBreak())
+        story += section
+    return story
 
 
 def typeset(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from reportlab.platypus import Flowable, PageBreak
-
 from engine.fabrication.materials import Materials
 from viz.build_sheet import style
-from viz.build_sheet.document import PageLayout, typeset
+from viz.build_sheet.document import PageLayout, on_pages_of_their_own, typeset
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.sections import (
     assembly,
@@ -38,7 +36,6 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         paper: to print on.
     """
     sheet = style.PAPERS[paper]
-    # each begins on a page of its own
     sections = (
         title.pages(facts, materials, sheet),
         performance.pages(facts, sheet),
@@ -55,13 +52,8 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
         [*wiring.pages(facts, materials, sheet), *steering.pages(facts, sheet)],
         [*checks.pages(facts, materials, sheet), *sources.pages(facts, materials, sheet)],
     )
-    story: list[Flowable] = []
-    for section in filter(None, sections):
-        if story:
-            story.append(PageBreak())
-        story += section
     return typeset(
-        story,
+        on_pages_of_their_own(sections),
         paper=sheet,
         title=f"Build sheet of {facts.name} of {facts.run_name}",
         running=f"{facts.name} · run {facts.run_name} · id {facts.robot_id} · {facts.where}",

@@ -22,6 +22,7 @@ from viz.robot import head_paths
 
 _LEAST_BAR = 2.0
 """Centimetres closer that the longest bar stands for, at least."""
+_CARD = '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">'
 _ROW = (
     '<div style="display:flex;justify-content:space-between;gap:10px;font-size:12.5px">'
     '<span style="opacity:.65;white-space:nowrap">{}</span><span style="text-align:right">{}</span></div>'
@@ -52,7 +53,7 @@ def render(
     f_s = None if evaluation.fitness is None else 100 * (task.target_distance - evaluation.fitness)
     again = None if robust is None else 100 * (task.target_distance - robust.fresh(solution.number))
     parts = [
-        '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
+        _CARD,
         f'<div style="font-size:17px;font-weight:600">Robot {solution.number}'
         f'<span style="font-weight:400;opacity:.65;font-size:13px"> · {html.escape(where)}</span></div>',
         _headline(f_s, again, 100 * still_limit(task)),
@@ -113,34 +114,31 @@ def render_failure(dump: Dump) -> str:
         f"{name} {dump.versions[name]}" for name in ("tensatlas", "mujoco") if name in dump.versions
     )
     shown = len(failure.controls) * dump.physics.control_period
-    return "".join(
-        [
-            '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
-            f'<div style="font-size:17px;font-weight:600">Robot {failed.solution.number}</div>',
-            f'<div style="color:{theme.BAD_TEXT};margin:2px 0 6px">The simulation failed: '
-            f"{html.escape(failure.reason)}</div>",
-            _ROW.format("while", where),
-            _ROW.format("dumped", f"the last {shown:.2f} s"),
-            _ROW.format("modules", body.n_modules),
-            _ROW.format("stiffness", _stiffness(body)),
-            _ROW.format("faces", " ".join(map(str, body.faces))),
-            _ROW.format("time step", f"{1000 * dump.physics.timestep:g} ms"),
-            _ROW.format("simulated with", html.escape(versions) or "unknown versions"),
-            "</div>",
-        ]
+    return _alone(
+        failed.solution.number,
+        f'<div style="color:{theme.BAD_TEXT};margin:2px 0 6px">The simulation failed: '
+        f"{html.escape(failure.reason)}</div>",
+        _ROW.format("while", where),
+        _ROW.format("dumped", f"the last {shown:.2f} s"),
+        _ROW.format("modules", body.n_modules),
+        _ROW.format("stiffness", _stiffness(body)),
+        _ROW.format("faces", " ".join(map(str, body.faces))),
+        _ROW.format("time step", f"{1000 * dump.physics.timestep:g} ms"),
+        _ROW.format("simulated with", html.escape(versions) or "unknown versions"),
     )
 
 
 def render_drive(number: int, facts: Mapping[str, str]) -> str:
     """Return the card of a robot that was driven: its number and a row for each fact."""
-    return "".join(
-        [
-            '<div class="ta-card" style="font-size:13px;line-height:1.45;padding:0 10px 8px">',
-            f'<div style="font-size:17px;font-weight:600">Robot {number}</div>',
-            *(_ROW.format(html.escape(name), html.escape(fact)) for name, fact in facts.items()),
-            "</div>",
-        ]
+    return _alone(
+        number, *(_ROW.format(html.escape(name), html.escape(fact)) for name, fact in facts.items())
     )
+
+
+def _alone(number: int, *parts: str) -> str:
+    """Return the card of a robot that is in no map."""
+    title = f'<div style="font-size:17px;font-weight:600">Robot {number}</div>'
+    return "".join([_CARD, title, *parts, "</div>"])
 
 
 def _stiffness(body: Morphology) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 
-from reportlab.platypus import Flowable, PageBreak, Paragraph
+from reportlab.platypus import Flowable, Paragraph
 
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import Materials
 from viz.build_sheet import blocks, style
-from viz.build_sheet.document import PageLayout, typeset
+from viz.build_sheet.document import PageLayout, on_pages_of_their_own, typeset
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.kit import costs, steps
 from viz.build_sheet.kit.scene_pictures import ScenePictures
@@ -55,13 +55,8 @@ def kit_sheet(
         assembly.pages(alone, materials, sheet),
         wiring.pages(alone, materials, sheet),
     )
-    story: list[Flowable] = []
-    for section in sections:
-        if story:
-            story.append(PageBreak())
-        story += section
     return typeset(
-        story,
+        on_pages_of_their_own(sections),
         paper=sheet,
         title=f"Kit for module 1 of {facts.name} of {facts.run_name}",
         running=f"Kit for module 1 of {facts.name} · run {facts.run_name} · id {facts.robot_id}",
