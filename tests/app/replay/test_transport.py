@@ -80,46 +80,47 @@ class Slider:
         self._callback(SimpleNamespace(client=object(), target=self))
 
 
-def test_a_moment_that_crosses_with_another_on_its_way_is_shown() -> None:
-    """The strip tells 0.5 s while the user types 2 s: the browser shows 0.5 unless it is told again."""
+@pytest.fixture
+def strip(monkeypatch: pytest.MonkeyPatch) -> tuple[TransportPanel, MagicMock, Slider]:
+    """The strip of a replay at 0.5 s, its player, and its slider."""
     gui, player, slider = Gui(), MagicMock(), Slider()
     gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
     player.replay = SimpleNamespace(start_time=0.0, morphology=None, frames=[])
     player.until, player.time = 2.0, 0.5
     client: Any = SimpleNamespace(gui=gui)
-    panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.replay.transport.describe", lambda _player: "")
-        patch.setattr("app.replay.transport.full_tension", lambda _morphology: 1.0)
-        patch.setattr("app.replay.transport.tension_legend.render", lambda _tension: "")
-        panel.refresh()
-        assert slider.sent == [0.5]
-        slider.type(2.0)
-        player.time = 2.0
-        panel.refresh()
-        assert slider.sent[-1] == 2.0
-        told = len(slider.sent)
-        panel.refresh()
-        assert len(slider.sent) == told
+    monkeypatch.setattr("app.replay.transport.describe", lambda _player: "")
+    monkeypatch.setattr("app.replay.transport.full_tension", lambda _morphology: 1.0)
+    monkeypatch.setattr("app.replay.transport.tension_legend.render", lambda _tension: "")
+    return TransportPanel(client, player, MagicMock(), TransportEvents(), room=840), player, slider
 
 
-def test_a_replay_that_is_held_says_every_moment_that_it_goes_to() -> None:
+def test_a_moment_that_crosses_with_another_on_its_way_is_shown(
+    strip: tuple[TransportPanel, MagicMock, Slider],
+) -> None:
+    """The strip tells 0.5 s while the user types 2 s: the browser shows 0.5 unless it is told again."""
+    panel, player, slider = strip
+    panel.refresh()
+    assert slider.sent == [0.5]
+    slider.type(2.0)
+    player.time = 2.0
+    panel.refresh()
+    assert slider.sent[-1] == 2.0
+    told = len(slider.sent)
+    panel.refresh()
+    assert len(slider.sent) == told
+
+
+def test_a_replay_that_is_held_says_every_moment_that_it_goes_to(
+    strip: tuple[TransportPanel, MagicMock, Slider],
+) -> None:
     """However fast it would play: at eight times the speed a step of 0.2 s is less than between two lines."""
-    gui, player, slider = Gui(), MagicMock(), Slider()
-    gui.add_slider = lambda *_args, **_options: slider  # type: ignore[attr-defined]
-    player.replay = SimpleNamespace(start_time=0.0, morphology=None, frames=())
-    player.until, player.time, player.speed = 2.0, 0.5, 8.0
-    client: Any = SimpleNamespace(gui=gui)
-    panel = TransportPanel(client, player, MagicMock(), TransportEvents(), room=840)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.replay.transport.describe", lambda _player: "")
-        patch.setattr("app.replay.transport.full_tension", lambda _morphology: 1.0)
-        patch.setattr("app.replay.transport.tension_legend.render", lambda _tension: "")
-        player.playing = True
-        panel.tick()
-        player.time = 0.7
-        panel.tick()
-        assert slider.sent == [0.5]
-        player.playing = False
-        panel.tick()
-        assert slider.sent == [0.5, 0.7]
+    panel, player, slider = strip
+    player.speed = 8.0
+    player.playing = True
+    panel.tick()
+    player.time = 0.7
+    panel.tick()
+    assert slider.sent == [0.5]
+    player.playing = False
+    panel.tick()
+    assert slider.sent == [0.5, 0.7]

@@ -1,7 +1,6 @@
 """The papers of a kit: nothing overflows, every part has its picture, the net is at 1:1."""
 
 import io
-import itertools
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from engine.fabrication.materials import load_materials, preset_text
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.net import lay_out, module_net
 from engine.storage.reader import RunReader
+from tests.support.sheets import check_nothing_overflows_or_overlaps
 from viz.build_sheet import style
 from viz.build_sheet.facts import gather
 from viz.build_sheet.kit import steps, tiles
@@ -49,15 +49,7 @@ def sheet(facts, scene):
 
 def test_nothing_overflows_or_lies_over_something_else(sheet):
     pdf, layout = sheet
-    assert layout.n_pages == len(PdfReader(io.BytesIO(pdf)).pages)
-    assert layout.too_narrow == []
-    frame = layout.frame
-    placed = [*layout.grids, *(p.area for p in layout.pictures)]
-    for box in placed:
-        assert frame.x0 - 0.5 <= box.x0 <= box.x1 <= frame.x1 + 0.5, box
-        assert frame.y0 - 0.5 <= box.y0 <= box.y1 <= frame.y1 + 0.5, box
-    for a, b in itertools.combinations(placed, 2):
-        assert not a.overlaps(b), (a, b)
+    check_nothing_overflows_or_overlaps(pdf, layout)
     for picture in layout.pictures:
         for label in picture.labels:
             assert picture.area.x0 - 1 <= label.x0 <= label.x1 <= picture.area.x1 + 1, label.what
