@@ -20,7 +20,6 @@ AROUND: Final = 0.045
 """Metres from a module's centre to its nodes, about: what a ray must pass to point at the module."""
 DEPTH_COUNTS: Final = 0.05
 """How many metres beside a module's centre weigh as much as a metre behind another one."""
-N_CABLES: Final = len(t.CABLES) + len(t.SERVO_NODES)
 CABLE_RADIUS: Final = 0.0008
 
 
@@ -63,7 +62,7 @@ class RobotPart:
         """Return its (2, 3) ends in a drawing, in m."""
         if self.kind == "rod":
             return drawing.rods[self.module * len(t.RODS) + self.index]
-        return drawing.cables[self.module * N_CABLES + self.index]
+        return drawing.cables[self.module * t.N_CABLES + self.index]
 
 
 def module_at(ray: Ray, drawing: Drawing) -> int | None:
@@ -98,4 +97,4 @@ def part_at(ray: Ray, drawing: Drawing) -> RobotPart | None:
     k = int(order[0])
     if k < len(rods):
         return RobotPart("rod", *divmod(k, len(t.RODS)))
-    return RobotPart("cable", *divmod(k - len(rods), N_CABLES))
+    return RobotPart("cable", *divmod(k - len(rods), t.N_CABLES))

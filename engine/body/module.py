@@ -38,6 +38,8 @@ NODES: Final = 0.01 * np.array(
 
 RODS: Final = ((0, 1), (2, 3), (4, 5), (6, 7), (8, 9), (10, 11))
 """Node pairs of the six rods; the rod of node n is ``n // 2``."""
+NODE_RODS: Final = np.arange(len(NODES)) // 2
+"""(12,) the rod of every node."""
 ROD_MIDDLES: Final = NODES.reshape(6, 2, 3).mean(axis=1)
 """(6, 3) middles of the rods as built, in metres."""
 
@@ -131,6 +133,8 @@ CABLE_REST_LENGTH: Final = 0.02067
 
 SERVO_NODES: Final = (10, 9, 4, 7, 3)
 """The nodes that the servo's five internal cables pull."""
+N_CABLES: Final = len(CABLES) + len(SERVO_NODES)
+"""Cables of a module, the passive ones before the internal ones."""
 SERVO_GAIN: Final = 61.3
 """Tension of an internal cable per length error, in N/m."""
 SERVO_OFFSET: Final = 0.100

@@ -12,8 +12,7 @@ from engine.body import module as t
 from engine.body.feet import Feet
 from engine.body.kinematics import ahead, points_on
 
-_RODS: Final = np.arange(len(t.NODES)) // 2
-_ENDS: Final = (1.0 - 2.0 * t.ROD_END_CUT / t.ROD_LENGTH) * (t.NODES - t.ROD_MIDDLES[_RODS])
+_ENDS: Final = (1.0 - 2.0 * t.ROD_END_CUT / t.ROD_LENGTH) * (t.NODES - t.ROD_MIDDLES[t.NODE_RODS])
 """(12, 3) where the axis of a rod's capsule ends below each node, from the rod's middle, in m."""
 
 
@@ -64,8 +63,8 @@ def contact_record(trials: Sequence[np.ndarray], feet: Feet) -> ContactRecord:
 
 def _of_one(poses: np.ndarray, way: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return of one trial which nodes rest, in how many frames each touches, slides and summed facings."""
-    middles = poses[..., _RODS, :3]
-    places = points_on(poses, _RODS, _ENDS)
+    middles = poses[..., t.NODE_RODS, :3]
+    places = points_on(poses, t.NODE_RODS, _ENDS)
     touching = places[..., 2] <= t.ROD_RADIUS
     centres = poses[..., :3].mean(axis=-2)
     forward = np.broadcast_to(ahead(centres, way)[..., None, :], places.shape)

@@ -128,7 +128,7 @@ def chain_spec(
     for i, place in enumerate(_places(faces)):
         rods.place(i, place)
     for i, tendon in enumerate(spec.tendons):
-        module, cable = divmod(i, len(t.CABLES) + len(t.SERVO_NODES))
+        module, cable = divmod(i, t.N_CABLES)
         if cable < len(t.CABLES):
             stiffness = t.stiffness_n_per_m(levels[module] / t.N_STIFFNESS_LEVELS)
             stiffness *= physics.built.stiffness_factor(levels[module], module)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.pointing.picking import N_CABLES, RobotPart
+from app.pointing.picking import RobotPart
 from app.replay.stage import FIELD_OF_VIEW
 from app.server.server import serve
 from engine.body import module as t
@@ -76,7 +76,7 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         page.get_by_role("button", name="Top", exact=True).click()
         page.wait_for_timeout(1500)
         wanted = RobotPart(
-            "cable", 0, int(np.argmax(np.array(nodes["/robot/cables"].points)[:N_CABLES, :, 2].sum(1)))
+            "cable", 0, int(np.argmax(np.array(nodes["/robot/cables"].points)[: t.N_CABLES, :, 2].sum(1)))
         )
         middle = np.array(nodes["/robot/cables"].points)[wanted.index].mean(axis=0)
         page.mouse.click(*place_on_screen(page, client.camera, middle))

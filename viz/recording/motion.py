@@ -27,7 +27,7 @@ from viz.robot.geometry import (
 )
 from viz.robot.skeleton import N_POINTS
 
-EVERY_CABLE: Final = len(t.CABLES) + len(t.SERVO_NODES)
+EVERY_CABLE: Final = t.N_CABLES
 SERVO_CABLES: Final = len(t.SERVO_NODES)
 """Cables of a module whose tension can be kept: all, or those that the servo pulls. A viewer works out the
 others' from the distances of their nodes."""

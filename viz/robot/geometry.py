@@ -34,8 +34,7 @@ ARROW_HEAD: Final = 0.006
 """Length of the strokes of an arrow's head, in m."""
 ARROW_LIFT: Final = 0.004
 """How high arrows lie over the ground, in m."""
-_NODE_RODS: Final = np.arange(len(t.NODES)) // 2
-_NODE_PLACES: Final = t.NODES - t.ROD_MIDDLES[_NODE_RODS]
+_NODE_PLACES: Final = t.NODES - t.ROD_MIDDLES[t.NODE_RODS]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -250,7 +249,7 @@ def friction_arrows(pose: np.ndarray, forces: np.ndarray) -> np.ndarray:
     felt = size >= LEAST_FRICTION
     if not felt.any():
         return np.zeros((0, 3, 2, 3), np.float32)
-    start = points_on(pose.astype(float), _NODE_RODS, _NODE_PLACES)[felt]
+    start = points_on(pose.astype(float), t.NODE_RODS, _NODE_PLACES)[felt]
     start[:, 2] = ARROW_LIFT
     way = np.zeros_like(start)
     way[:, :2] = level[felt] / size[felt][:, None]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.pointing.picking import N_CABLES, RobotPart, module_at, part_at
+from app.pointing.picking import RobotPart, module_at, part_at
 from app.replay.scene_camera import Ray
 from engine.body import module as t
 from engine.body.morphology import Morphology
@@ -33,7 +33,7 @@ def towards(point):
 
 @given(st.sampled_from(["rod", "cable"]), st.integers(0, 2), st.integers(0, 28), st.floats(0.3, 0.7))
 def test_what_is_pointed_at_exactly_lies_under_the_pointer(kind, module, index, part):
-    wanted = RobotPart(kind, module, index % (len(t.RODS) if kind == "rod" else N_CABLES))
+    wanted = RobotPart(kind, module, index % (len(t.RODS) if kind == "rod" else t.N_CABLES))
     a, b = wanted.ends(DRAWING).astype(float)
     found = part_at(towards(a + part * (b - a)), DRAWING)
     assert found is not None
