@@ -13,6 +13,7 @@ Compiled code must take no number from a module of another package: a change the
 from __future__ import annotations
 
 import ast
+import functools
 import hashlib
 import os
 import platform
@@ -106,9 +107,18 @@ def _imported(source: Path, root: Path, found: set[Path]) -> set[Path]:
     if source in found or not source.is_file():
         return found
     found.add(source)
-    for node in ast.walk(ast.parse(source.read_bytes())):
-        if isinstance(node, ast.ImportFrom) and node.module and f"{node.module}.".startswith(f"{_KERNEL}."):
-            place = root.joinpath(*node.module.removeprefix(_KERNEL).split("."))
-            for module in (place, *(place / alias.name for alias in node.names)):
-                _imported(module.with_name(f"{module.name}.py"), root, found)
+    for name in _imports(source.read_bytes()):
+        place = root.joinpath(*name.split("."))
+        _imported(place.with_name(f"{place.name}.py"), root, found)
     return found
+
+
+@functools.cache  # the entry points share nearly all of their modules
+def _imports(code: bytes) -> tuple[str, ...]:
+    """Return what code imports of the kernel by name, from its package on, modules and what is in them."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.ImportFrom) and node.module and f"{node.module}.".startswith(f"{_KERNEL}."):
+            module = node.module.removeprefix(_KERNEL)
+            found += (module, *(f"{module}.{alias.name}" for alias in node.names))
+    return tuple(found)
