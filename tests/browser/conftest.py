@@ -9,10 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from app.server.server import serve
-from tests.support.software_chromium import launch
-
-PATIENCE = 60_000
-"""Milliseconds: software rendering on a busy machine takes its time."""
+from tests.support.software_chromium import PATIENCE, launch, open_context
 
 expect.set_options(timeout=PATIENCE)
 
@@ -41,13 +38,11 @@ def address(workplace: Path, small_run: Path) -> Iterator[str]:
 
 @pytest.fixture
 def visit(chromium: Browser) -> Iterator[Callable[..., Page]]:
-    """Open pages, each in a browser session of its own, small enough to render quickly."""
+    """Open pages, each in a browser session of its own."""
     contexts = []
 
     def open_page(url: str) -> Page:
-        context = chromium.new_context(
-            viewport={"width": 1280, "height": 720}, accept_downloads=True, reduced_motion="reduce"
-        )
+        context = open_context(chromium, accept_downloads=True)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE)

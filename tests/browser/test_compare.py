@@ -1,4 +1,4 @@
-"""What a user does to compare runs in the app, done in a real Chromium."""
+"""What a user does to compare runs in the app, done in a real Chromium, while another one looks on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.server import serve
-from tests.support.widgets import press
+from tests.support.widgets import click_cell, press
 
 pytestmark = pytest.mark.browser
 
@@ -24,6 +24,11 @@ def test_runs_are_compared_in_a_window_and_the_report_is_downloaded(
     with serve([small_run, other, broken], host="127.0.0.1", port=0) as server:
         address = f"http://127.0.0.1:{server.get_port()}"
         page, bystander = visit(address), visit(address)
+        # two browsers have their own selection
+        click_cell(page, page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]').first)
+        bystander.locator("svg.ta-map[data-map=morphology]").wait_for()
+        expect(bystander.locator(".ta-line")).to_contain_text("Click any square.")
+        assert "robot=" not in bystander.url
         press(page, "Compare")
         choices = page.locator(".ta-choices [role=checkbox]")
         expect(page.locator(".ta-choices [aria-checked=true]")).to_have_count(2)

@@ -7,8 +7,10 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
+from app.runs import upload
 from app.server.server import serve
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
@@ -83,23 +85,30 @@ def test_an_address_that_is_lost_on_its_way_is_sent_again(
 
 
 def test_a_run_is_uploaded_checked_and_shown(
-    workplace: Path, address: str, visit: Visit, grid_run: Path, tmp_path: Path
+    workplace: Path, address: str, visit: Visit, grid_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(upload, "MAX_BYTES", 500_000)
     page = visit(address)
     page.locator(".ta-run").click()
     rows = page.locator(".ta-runs [role=option]")
     expect(rows).to_have_text(
         re.compile(r"small-?\d.*cm.*goal-reaching · dm-me · 18 evaluations · 20\d\d-\d\d-\d\d · finished")
     )
-    upload = page.get_by_role("button", name="Upload a run")
+    button = page.get_by_role("button", name="Upload a run")
 
     def bring(name: str, content: bytes) -> None:
         with page.expect_file_chooser() as chooser:
-            upload.click()
+            button.click()
         chooser.value.set_files(FilePayload(name=name, mimeType="application/octet-stream", buffer=content))
 
+    # one that is too large is refused before it is sent
+    bring("a.tsmr", b"x" * 600_000)
+    expect(page.get_by_text("from 0 to 0.5 MB are taken")).to_be_visible()
+    expect(button).to_be_enabled()
+    assert not (workplace / "runs").exists()
     bring("evil.tsmr", b"#!/bin/sh\n")
     expect(page.get_by_text("evil.tsmr is not a TensAtlas run file")).to_be_visible()
+    expect(page.get_by_text("uploaded successfully").filter(visible=True)).to_have_count(0)
     bring("my grid.tsmr", grid_run.read_bytes())
     expect(page.locator(".ta-run b")).to_have_text("my-grid")
     expect(page).to_have_url(re.compile("run=my-grid$"))

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 
 from app.gui.viser_private import inputs_of
 from app.server.server import serve
 
 Visit = Callable[[str], Page]
-WAIT = 60_000
-"""Milliseconds for software rendering on a busy machine."""
 
 
 def test_a_bare_start_explains_itself_and_every_control_says_what_it_does(
@@ -49,23 +47,3 @@ def test_without_a_run_the_page_says_how_to_get_one(workplace: Path, visit: Visi
         page.get_by_placeholder("Search commands...").fill("Export")
         page.get_by_text("Export this robot", exact=True).click()
         expect(page.get_by_text("Click a filled cell of a map first.")).to_be_visible()
-
-
-def test_a_phone_begins_with_the_maps(address: str, chromium: Browser) -> None:
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, reduced_motion="reduce")
-    page = context.new_page()
-    page.set_default_timeout(WAIT)
-    page.goto(address)
-    map_, robot = page.locator("svg.ta-map").first, page.locator(".ta-card")
-    expect(map_).to_be_visible()
-    expect(robot).to_be_attached()
-    # the sheet is still growing when its map is there
-    page.wait_for_function("document.querySelector('svg.ta-map').getBoundingClientRect().y < 844 - 200")
-    above, below = page.evaluate(
-        """() => ['svg.ta-map', '.ta-card'].map(name => {
-            const box = document.querySelector(name).getBoundingClientRect();
-            return [box.top, box.bottom];
-        })"""
-    )
-    assert below[0] > above[1]
-    context.close()

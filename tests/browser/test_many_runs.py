@@ -1,4 +1,4 @@
-"""Many runs are searched, sorted, read, noted, renamed, repeated and deleted, but not by visitors."""
+"""Many runs are searched, sorted, read, noted, renamed, repeated and deleted."""
 
 from __future__ import annotations
 
@@ -73,10 +73,3 @@ def test_runs_are_found_noted_renamed_repeated_and_deleted(
         assert not (folder / "lucky.tsmr").exists()
         (kept,) = (folder / "bin").iterdir()
         assert {p.name for p in kept.iterdir()} >= {"lucky.tsmr", "lucky.tsmr.note.txt"}
-
-    with serve([folder], host="127.0.0.1", port=0, read_only=True) as server:
-        page = visit(f"http://127.0.0.1:{server.get_port()}/")
-        press(page, "Run")
-        expect(page.get_by_text("Configuration", exact=True)).to_be_visible()
-        for name in ("Rename", "Keep note", "Delete", "Start another like this"):
-            expect(page.get_by_role("button", name=name)).to_have_count(0)

@@ -104,9 +104,7 @@ def test_a_4d_archive_is_seen_projected_nested_and_body_by_body(
     expect(svg).to_contain_text("gen.")
     expect(card).to_contain_text(f"Robot {placed[source]} ·")
 
-
-def test_the_list_of_runs_says_what_each_is_and_opens_one(address: str, visit: Callable[[str], Page]) -> None:
-    page = visit(address)
+    # the list of runs says what each is, and opens one by keyboard as well
     page.locator("button.ta-run").click()
     rows = page.get_by_role("option")
     expect(rows).to_have_count(2)
@@ -115,7 +113,7 @@ def test_the_list_of_runs_says_what_each_is_and_opens_one(address: str, visit: C
             r"small.*-?\d+\.\d\d cm.*goal-reaching · dm-me · 18 evaluations · \d{4}-\d\d-\d\d · finished"
         )
     )
-    rows.nth(1).press("Enter")  # by keyboard as well
+    rows.nth(1).press("Enter")
     expect(page.locator("button.ta-run")).to_contain_text("small")
     expect(page.locator('svg[data-map="controller"]')).to_be_visible()
     expect(page.locator(".ta-changes")).to_have_count(0)

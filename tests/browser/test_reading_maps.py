@@ -114,6 +114,16 @@ def test_generations_play_to_the_end_and_a_hand_on_the_slider_stops_them(
     expect(button).to_have_text("Grow")
     page.wait_for_timeout(1500)
     assert shown.input_value() == "1"
+    # an earlier generation shows the robots that were elites then
+    early = small_reader.placements("controller", 0)
+    assert early != small_reader.placements("controller", last)
+    shown.fill("0")
+    shown.press("Enter")
+    drawn = page.locator('svg.ta-map[data-map="controller"]')
+    expect(drawn.locator('g[data-filled="1"]')).to_have_count(len(early))
+    hints = drawn.locator("[data-h]").evaluate_all("l => l.map(e => e.dataset.h)")
+    for number in early.values():
+        assert any(f"robot {number}," in hint for hint in hints)
     # the pointer on a diagram reads all four at the nearest generation
     trend = page.locator("svg.ta-trend")
     trend.scroll_into_view_if_needed()

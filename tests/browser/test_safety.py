@@ -9,12 +9,12 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import FilePayload, Page, expect
+from playwright.sync_api import Page, expect
 
 from app.gui.access import Access
 from app.gui.viser_private import inputs_of
-from app.runs import upload
 from app.server.server import serve
+from tests.support.widgets import press
 
 Visit = Callable[[str], Page]
 TOKEN = "the-token-of-a-test"
@@ -77,6 +77,11 @@ def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
         for name in ("Upload a run", "Start", "Pause run", "Resume run", "Stop run"):
             expect(page.get_by_role("button", name=name, exact=True)).to_be_hidden()
         expect(page.get_by_text("New run", exact=True)).to_be_hidden()
+        press(page, "Run")
+        expect(page.get_by_text("Configuration", exact=True)).to_be_visible()
+        for name in ("Rename", "Keep note", "Delete", "Start another like this"):
+            expect(page.get_by_role("button", name=name)).to_have_count(0)
+        press(page, "Run")
         tiles = page.locator('svg.ta-map[data-map="morphology"] g[data-filled="1"]')
         tiles.first.click(force=True, no_wait_after=True)
         expect(page.locator(".ta-card")).to_be_visible()
@@ -85,19 +90,4 @@ def test_a_visitor_may_look_but_neither_start_nor_bring_anything(
         # nor by sending what the page does not offer
         (client,) = server.get_clients().values()
         assert not {"Start", "Name", "Workers"} & {str(c.label) for c in inputs_of(client.gui)}
-    assert not (workplace / "runs").exists()
-
-
-def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
-    address: str, workplace: Path, visit: Visit, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(upload, "MAX_BYTES", 100_000)
-    page = visit(address)
-    page.locator(".ta-run").click()
-    button = page.get_by_role("button", name="Upload a run")
-    with page.expect_file_chooser() as chooser:
-        button.click()
-    chooser.value.set_files(FilePayload(name="a.tsmr", mimeType="", buffer=b"x" * 150_000))
-    expect(page.get_by_text("from 0 to 0.1 MB are taken")).to_be_visible()
-    expect(button).to_be_enabled()
     assert not (workplace / "runs").exists()

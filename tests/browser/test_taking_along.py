@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from PIL import Image
@@ -79,6 +80,12 @@ def test_files_and_basket(
     assert (name, content[4:8]) == (f"{chosen}.mp4", b"ftyp")
     (tmp_path / name).write_bytes(content)
     assert played(chromium, tmp_path / name) == (2.0, 1280, 720)
+    name, content = download(page, "Export")
+    with zipfile.ZipFile(io.BytesIO(content)) as packed:
+        names = {Path(n).name: n for n in packed.namelist()}
+        assert {"robot.xml", "genotype.json", "bill_of_materials.csv", "README.md"} <= set(names)
+        model = mujoco.MjModel.from_xml_string(packed.read(names["robot.xml"]).decode())
+    assert model.nbody % 6 == 1
     name, content = download(page, "Table of this run")
     assert (name, content.split(b",")[0]) == ("small.csv", b"archive")
     name, content = download(page, "Page")

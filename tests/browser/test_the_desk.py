@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, FilePayload, Page, expect
+from playwright.sync_api import Browser, Page, expect
 
+from tests.support.software_chromium import PATIENCE, open_context
 from tests.support.widgets import click_cell, field_of, press, unfold
 
 pytestmark = pytest.mark.browser
@@ -23,7 +23,7 @@ CUT = """() => {
 """What is on the page and reaches beyond its left or right edge."""
 
 
-def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, tmp_path: Path) -> None:
+def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit) -> None:
     page = visit(address)
     number, card = click_cell(page, page.locator(FILLED).first), page.locator(".ta-card")
     expect(page).to_have_title(f"TensAtlas · robot {number} of small")
@@ -84,27 +84,45 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit, t
     expect(card).to_be_visible()
     expect(light).to_be_attached()
 
-    # what is no run is refused, and nothing calls it a success
-    page.locator(".ta-run").click()
-    with page.expect_file_chooser() as chooser:
-        page.get_by_role("button", name="Upload a run").click()
-    chooser.value.set_files(FilePayload(name="bad.tsmr", mimeType="", buffer=b"a,b\n1,2\n"))
-    expect(page.get_by_text("is not a TensAtlas run file")).to_be_visible()
-    expect(page.get_by_text("uploaded successfully")).to_be_hidden()
 
-
-@pytest.mark.parametrize("size", [(1600, 900), (1280, 720), (390, 844)], ids=lambda s: f"{s[0]}")
-def test_nothing_reaches_beyond_the_window(address: str, chromium: Browser, size: tuple[int, int]) -> None:
-    context = chromium.new_context(viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce")
-    page = context.new_page()
-    page.set_default_timeout(60_000)
-    page.goto(address)
-    page.locator(FILLED).first.click(force=True, no_wait_after=True)
-    expect(page.locator(".ta-card")).to_be_visible()
-    unfold(page)
+def check_nothing_is_cut(page: Page) -> None:
+    """Check that nothing reaches beyond the edges of the page, whichever window is open."""
     assert page.evaluate(CUT) == []
     for window in ("Elites", "Run", "New run", "Breed", "Compare", "Side by side", "Take along"):
         press(page, window)
         page.wait_for_timeout(300)
         assert page.evaluate(CUT) == [], window
+
+
+def test_nothing_reaches_beyond_a_window_of_either_size(address: str, visit: Visit) -> None:
+    page = visit(address)
+    page.set_viewport_size({"width": 1600, "height": 900})
+    click_cell(page, page.locator(FILLED).first)
+    unfold(page)
+    check_nothing_is_cut(page)
+    page.set_viewport_size({"width": 1280, "height": 720})
+    check_nothing_is_cut(page)
+
+
+def test_a_phone_begins_with_the_maps_and_shows_all_of_them(address: str, chromium: Browser) -> None:
+    context = open_context(chromium, 390, 844)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    page.goto(address)
+    map_, robot = page.locator("svg.ta-map").first, page.locator(".ta-card")
+    expect(map_).to_be_visible()
+    expect(robot).to_be_attached()
+    # the sheet is still growing when its map is there
+    page.wait_for_function("document.querySelector('svg.ta-map').getBoundingClientRect().y < 844 - 200")
+    above, below = page.evaluate(
+        """() => ['svg.ta-map', '.ta-card'].map(name => {
+            const box = document.querySelector(name).getBoundingClientRect();
+            return [box.top, box.bottom];
+        })"""
+    )
+    assert below[0] > above[1]
+    page.locator(FILLED).first.click(force=True, no_wait_after=True)
+    expect(robot).to_be_visible()
+    unfold(page)
+    check_nothing_is_cut(page)
     context.close()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shutil
+from typing import Any, Final
 
-from playwright.sync_api import Browser, Playwright
+from playwright.sync_api import Browser, BrowserContext, Playwright
 
-FLAGS = (
+FLAGS: Final = (
     "--no-sandbox",
     "--use-gl=angle",
     "--use-angle=swiftshader",
@@ -19,8 +20,41 @@ FLAGS = (
     "--no-first-run",
 )
 
+PATIENCE: Final = 60_000
+"""Milliseconds: software rendering on a busy machine takes its time."""
+COARSE: Final = 0.5
+"""Pixels of the screen per pixel of a page, along each side: a quarter has to be drawn."""
+TEN_HERTZ: Final = """{
+  const draw = requestAnimationFrame.bind(window);
+  let waiting = new Map(), asked = 0, timer = 0;
+  const frame = time => {
+    const now = waiting;
+    [waiting, timer] = [new Map(), 0];
+    for (const step of now.values()) step(time);
+  };
+  window.requestAnimationFrame = step => {
+    waiting.set(++asked, step);
+    timer ||= setTimeout(() => draw(frame), 80);
+    return asked;
+  };
+  window.cancelAnimationFrame = number => waiting.delete(number);
+}"""
+"""Lets a page draw its animations ten times a second, as a slow screen does."""
+
 
 def launch(playwright: Playwright) -> Browser:
     """Start the first that is installed."""
     found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     return playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+
+
+def open_context(browser: Browser, width: int = 1280, height: int = 720, **options: Any) -> BrowserContext:
+    """Open a browser session whose pages are drawn with little work: coarsely, seldom and without motion."""
+    context = browser.new_context(
+        viewport={"width": width, "height": height},
+        device_scale_factor=COARSE,
+        reduced_motion="reduce",
+        **options,
+    )
+    context.add_init_script(TEN_HERTZ)
+    return context
