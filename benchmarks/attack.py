@@ -93,8 +93,8 @@ def main(arguments: Arguments) -> int:
     compile_kernel()  # no browser is to wait for that
     rows: list[Row] = []
 
-    def wanted(part: str) -> bool:
-        return arguments.part in ("all", part)
+    def wanted(*parts: str) -> bool:
+        return arguments.part in ("all", *parts)
 
     with tempfile.TemporaryDirectory(prefix="tensatlas-attack-") as name:
         folder = Path(name)
@@ -102,13 +102,16 @@ def main(arguments: Arguments) -> int:
         modules = MIN_MODULES if quick else MAX_MODULES
         write_run(run, evaluations=120 if quick else 600, initial=60 if quick else 200, modules=modules)
         cells = filled_cells(run)
-        if wanted("clicks"):
+        if wanted("clicks", "crowd", "leaving"):
             with explorer([run], folder) as server:
-                rows += clicks(server, cells, (20,) if quick else FLOODS, 1.0 if quick else arguments.seconds)
-        if wanted("crowd"):
-            with explorer([run], folder) as server:
-                for n, goal in ({3: 60.0} if quick else CROWDS).items():
-                    rows.append(crowd(server, cells, n, goal))
+                if wanted("crowd"):
+                    for n, goal in ({3: 60.0} if quick else CROWDS).items():
+                        rows.append(crowd(server, cells, n, goal))
+                if wanted("leaving"):
+                    rows.append(leaving(server, cells, 2 if quick else 20))
+                if wanted("clicks"):
+                    floods, seconds = ((20,), 1.0) if quick else (FLOODS, arguments.seconds)
+                    rows += clicks(server, cells, floods, seconds)
         if wanted("messages"):
             with explorer([run], folder, "--read-only") as server:
                 rows += messages(server, cells, 20 if quick else 2000)
@@ -121,9 +124,6 @@ def main(arguments: Arguments) -> int:
             )
             with explorer([large], folder) as server:
                 rows += networks(server, filled_cells(large))
-        if wanted("leaving"):
-            with explorer([run], folder) as server:
-                rows.append(leaving(server, cells, 2 if quick else 20))
     show("The explorer under attack", rows, console)
     passed = all(row.passed is not False for row in rows)
     console.print("every figure is met" if passed else "a figure falls short")

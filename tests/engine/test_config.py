@@ -120,7 +120,8 @@ def test_a_deep_grid_is_dm_me_s():
 def test_presets_are_for_every_algorithm(name, options):
     config = dataclasses.replace(preset(name), **options)
     assert from_json(json.loads(json.dumps(to_json(config)))) == config
-    assert len(create_algorithm(config).ask()) == config.map_search.initial
+    small = replaced(config, initial=20)
+    assert len(create_algorithm(small).ask()) == 20
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -198,7 +199,8 @@ def test_given_robots_have_feet_that_the_run_allows():
     robot = GivenRobot(body, Neat(n_inputs=2).random(random.Random(0)), "robot 3")
     with pytest.raises(InvalidData, match="robot 3 has feet toward the end; this run's are none"):
         create_algorithm(RunConfig(), [robot])
-    drawn = create_algorithm(RunConfig(body=BodyConfig(feet="evolved")), [robot]).ask()
+    evolved = replaced(RunConfig(), initial=40, body=BodyConfig(feet="evolved"))
+    drawn = create_algorithm(evolved, [robot]).ask()
     assert drawn[0].morphology == body
     assert {s.morphology.feet for s in drawn} == {"none", "start", "end"}
 
@@ -206,7 +208,7 @@ def test_given_robots_have_feet_that_the_run_allows():
 @pytest.mark.parametrize("algorithm", ["dm-me", "vie-neat", "random", "map-elites-2d"])
 def test_every_algorithm_draws_the_feet_of_its_run(algorithm):
     body = BodyConfig(feet="directional", feet_toward="start")
-    drawn = create_algorithm(RunConfig(algorithm=algorithm, body=body)).ask()
+    drawn = create_algorithm(replaced(RunConfig(), algorithm=algorithm, body=body, initial=20)).ask()
     assert {s.morphology.feet for s in drawn} == {"start"}
 
 

@@ -7,7 +7,7 @@ from tests.support.faulty import SHORT, line_of, tensatlas
 from tests.support.run_hash import hash_of
 
 TASK = """
-import os, time, itertools
+import os, signal, time, itertools
 import numpy as np
 from engine.tasks import Task
 
@@ -30,7 +30,11 @@ TASK = Task(name="hanging", inputs=("distance", "bearing"), sense=sense, target_
             "while True:\n            try: time.sleep(0.01)\n            except Exception: pass",
             "sense has not returned after 1 s (line 1",
         ),
-        ("sum(itertools.repeat(0))", "sense has not returned after 6 s and cannot be interrupted"),
+        # as in a library that lets nothing interrupt it
+        (
+            "signal.pthread_sigmask(signal.SIG_BLOCK, range(1, 32)); time.sleep(1e6)",
+            "sense has not returned after 6 s and cannot be interrupted",
+        ),
     ],
     ids=["in Python", "in a library"],
 )

@@ -8,6 +8,8 @@ import sys
 import time
 from pathlib import Path
 
+from tests.support.forked import run_forked
+
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
@@ -30,17 +32,10 @@ SHORT = (
 """Flags of an evolution of real simulations that takes seconds."""
 
 
-def python(code, *arguments, check=True, **options):
+def python(code, *arguments):
     """Run code with ``PREAMBLE`` before it; its first argument is ``path``."""
-    done = subprocess.run(
-        [sys.executable, "-c", PREAMBLE + code, *map(str, arguments)],
-        env=ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        **options,
-    )
-    assert not check or done.returncode == 0, done.stderr
+    done = run_forked(PREAMBLE + code, *arguments)
+    assert done.returncode == 0, done.stderr
     return done
 
 

@@ -1,15 +1,10 @@
 """A run that is killed on its way, by itself."""
 
 import json
-import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 from engine.config import to_json
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.support.forked import run_forked
 
 _RUN_UNTIL_KILLED = """
 import json, os, signal, sys
@@ -37,11 +32,5 @@ else:
 def run_until_killed(path, config, n_evaluations, *, made_up=False):
     """Evolve or resume a run in a process that kills itself when ``n_evaluations`` are saved."""
     arguments = [path, json.dumps(to_json(config)), n_evaluations, "yes" if made_up else "no"]
-    done = subprocess.run(
-        [sys.executable, "-c", _RUN_UNTIL_KILLED, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
+    done = run_forked(_RUN_UNTIL_KILLED, *arguments)
     assert done.returncode == -signal.SIGKILL, done.stderr

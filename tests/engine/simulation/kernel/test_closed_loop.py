@@ -49,13 +49,6 @@ def wide():
 
 
 @TASKS
-def test_bytes_do_not_depend_on_the_width(task, wide):
-    """One lane; ``test_instruction_sets`` tries two and four."""
-    narrow = trials(driven(task), width=1)
-    assert all_bytes(narrow, narrow.run(N, EVERYTHING)) == wide[task.name]
-
-
-@TASKS
 @pytest.mark.parametrize("which", [[0], [5, 2], [7, 6, 5, 4, 3, 2, 1, 0, 3], [1, 1, 4]], ids=str)
 def test_bytes_do_not_depend_on_the_company(task, which, wide):
     few = trials(driven(task), which)

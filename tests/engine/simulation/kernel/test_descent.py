@@ -22,7 +22,7 @@ JAMMED = Morphology(1, (1, 1, 5, 6, 8, 7, 6))
 @pytest.fixture(scope="module")
 def pulsed():
     """A soft robot, some of whose rods jam as it pulses."""
-    dropped = drop(JAMMED, width=1)
+    dropped = drop(JAMMED)
     dropped.settle(60)
     before = dropped.pulse(100)[0].work.counts[N_COUPLED]
     state = dropped.pulse(150)[0]
@@ -47,7 +47,7 @@ def test_jammed_rods_take_few_sweeps(pulsed):
 def test_they_are_pushed_as_if_swept_over_to_the_end(pulsed):
     model, state, _ = pulsed
     robot = read_robot(build_robot(JAMMED, PHYSICS))._replace(settled=1e-13, most_sweeps=20_000)
-    exact, many = stepped(model_of([robot]), state)
+    exact, many = stepped(model_of([robot] * 8), state)
     found, few = stepped(model, state)
     assert np.abs(found - exact).max() < 1e-7
     assert few < many < 1000
