@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,6 +18,9 @@ from tests.support.grid_run import write_grid_run
 
 _MEMORY = Path("/dev/shm")
 _ENOUGH = 2 * 2**30
+_BROWSER = "tests/browser/"
+_LONG = (_BROWSER, "tests/benchmarks/", "tests/app/cli/test_campaign.py", "tests/faults/", "tests/app/cli/")
+"""Where the tests are that take longest."""
 
 
 def pytest_configure() -> None:
@@ -27,6 +31,30 @@ def pytest_configure() -> None:
     """
     if _MEMORY.is_dir() and os.access(_MEMORY, os.W_OK) and shutil.disk_usage(_MEMORY).free > _ENOUGH:
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(_MEMORY))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Let one of several processes run all browser tests, one after the other, the others file by file.
+
+    A Chromium that draws on the processor keeps a core busy and more: two of them would make each other late.
+    """
+    from xdist.scheduler import LoadFileScheduling
+
+    class OneBrowser(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return _BROWSER if nodeid.startswith(_BROWSER) else super()._split_scope(nodeid)
+
+    return OneBrowser(config, log) if config.getoption("dist") == "loadfile" else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest, so that no process waits for it at the end."""
+
+    def rank(item: pytest.Item) -> int:
+        return next((k for k, place in enumerate(_LONG) if item.nodeid.startswith(place)), len(_LONG))
+
+    items.sort(key=rank)
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 from engine.replay.every_target import replay_every_target
 from engine.storage.reader import RunReader
 from tests.browser.test_taking_along import picture, watch
+from tests.support.software_chromium import open_context
 from viz.atlas.elites import updates_per_frame
 from viz.atlas.page import atlas_page
 from viz.robot.skeleton import posed
@@ -30,9 +31,7 @@ def file(small_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def opened(chromium: Browser, file: Path, request: pytest.FixtureRequest) -> Iterator[tuple[Page, list[str]]]:
     """The page, and what went wrong with it."""
     width, height, scheme = request.param
-    context = chromium.new_context(
-        viewport={"width": width, "height": height}, color_scheme=scheme, offline=True
-    )
+    context = open_context(chromium, width, height, moving=True, color_scheme=scheme, offline=True)
     page = context.new_page()
     problems = watch(page)
     page.goto(file.as_uri())

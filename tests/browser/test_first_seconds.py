@@ -19,7 +19,7 @@ from app.session.greeting import best_target
 from app.session.software_rendering import CHIP
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
-from tests.browser.conftest import PATIENCE
+from tests.support.software_chromium import PATIENCE, open_context
 from tests.support.widgets import field_of
 from viz import words
 
@@ -37,7 +37,7 @@ new MutationObserver(() => {
 @pytest.fixture
 def moving(chromium: Browser) -> Iterator[Callable[[str], Page]]:
     """Open pages that may move by themselves."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    context = open_context(chromium, moving=True)
     context.add_init_script(WATCH)
 
     def visit(url: str) -> Page:

@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, Page, Request, expect
 
 from engine.fabrication.materials import preset_text
 from engine.storage.reader import RunReader
+from tests.support.software_chromium import open_context
 from tests.support.widgets import best_distance, click_cell, press
 
 pytestmark = pytest.mark.browser
@@ -114,9 +115,7 @@ def played(chromium: Browser, file: Path) -> tuple[float, int, int]:
 def plays_by_itself(chromium: Browser, file: Path, number: int) -> None:
     """Check that a page plays, draws and asks for nothing, on a desk and on a phone."""
     for size, scheme in (((1280, 720), "dark"), ((390, 844), "light")):
-        context = chromium.new_context(
-            viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, offline=True
-        )
+        context = open_context(chromium, *size, moving=True, color_scheme=scheme, offline=True)
         page = context.new_page()
         problems = watch(page)
         page.goto(file.as_uri())

@@ -22,7 +22,8 @@ PATIENCE: Final = 120
 
 _PARENT: Final = """
 import json, os, signal, sys, traceback
-import benchmarks.faults, engine.runs.evolve, tests.support.made_up
+import sklearn.decomposition, sklearn.preprocessing
+import benchmarks.faults, engine.runs.evolve, engine.simulation.kernel.loop.closed_loop, tests.support.made_up
 
 for line in sys.stdin:
     code, arguments, out, err, patience = json.loads(line)

@@ -48,12 +48,21 @@ def launch(playwright: Playwright) -> Browser:
     return playwright.chromium.launch(executable_path=found, args=list(FLAGS))
 
 
-def open_context(browser: Browser, width: int = 1280, height: int = 720, **options: Any) -> BrowserContext:
-    """Open a browser session whose pages are drawn with little work: coarsely, seldom and without motion."""
+def open_context(
+    browser: Browser, width: int = 1280, height: int = 720, *, moving: bool = False, **options: Any
+) -> BrowserContext:
+    """Open a browser session whose pages are drawn with little work, coarsely and seldom.
+
+    Args:
+        browser: that opens it.
+        width, height: of its pages, in their pixels.
+        moving: whether pages may move by themselves.
+        options: others of Playwright's.
+    """
     context = browser.new_context(
         viewport={"width": width, "height": height},
         device_scale_factor=COARSE,
-        reduced_motion="reduce",
+        reduced_motion="no-preference" if moving else "reduce",
         **options,
     )
     context.add_init_script(TEN_HERTZ)
