@@ -14,8 +14,9 @@ from tests.support.software_chromium import PATIENCE, launch, open_context
 expect.set_options(timeout=PATIENCE)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def chromium() -> Iterator[Browser]:
+    """A browser that ends with these tests, and with it an event loop that others would find running."""
     with sync_playwright() as playwright:
         browser = launch(playwright)
         yield browser

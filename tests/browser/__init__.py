@@ -1,0 +1,1 @@
+"""Tests that drive a real Chromium, and what takes pictures with one."""
