@@ -146,7 +146,7 @@ class PinsPanel:
         robot = self._chosen
         if robot is None:
             raise InvalidData("Click a filled cell of a map first.")
-        known = self._index(robot)
+        known = self.index(robot)
         if known is not None:
             del self._pins[known]
         elif len(self._pins) == MAX_LANES:
@@ -183,7 +183,7 @@ class PinsPanel:
             self._toggle.label = label
             self._toggle.icon = viser.Icon.ARROW_BACK if self.side_by_side else viser.Icon.COLUMNS
 
-    def _index(self, robot: Entry) -> int | None:
+    def index(self, robot: Entry) -> int | None:
         """Return where a robot is pinned, None if it is not."""
         same = (k for k, e in enumerate(self._pins) if (e.path, e.number) == (robot.path, robot.number))
         return next(same, None)

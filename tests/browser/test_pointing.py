@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
+from scipy.spatial.transform import Rotation
 
 from app.pointing.picking import RobotPart
 from app.replay.stage import FIELD_OF_VIEW
@@ -17,7 +18,7 @@ from engine.body import module as t
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
 from tests.support.faulty import wait_until
-from tests.support.widgets import best_distance, click_cell, field_of
+from tests.support.widgets import best_distance, click_cell, field_of, press
 
 pytestmark = pytest.mark.browser
 
@@ -95,3 +96,18 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         page.locator("body").press("Escape")
         expect(lit).to_have_count(0)
         assert "/pointed/label" not in nodes
+
+        # in its lane, too: there it lies elsewhere in the scene, and the network is still its own
+        page.get_by_role("button", name="Pin", exact=True).click()
+        press(page, "Side by side")
+        page.get_by_role("button", name="Replay in lanes").click()
+        wait_until(lambda: page.wait_for_timeout(100) or "/lanes/0/robot/rods" in nodes)
+        expect(page.get_by_role("button", name="Pause")).to_have_count(0)  # it has ended
+        page.wait_for_timeout(800)
+        lane = nodes["/lanes/0"]
+        turn = Rotation.from_quat(lane.wxyz, scalar_first=True)
+        rods = turn.apply(np.array(nodes["/lanes/0/robot/rods"].batched_positions)) + lane.position
+        page.mouse.move(*place_on_screen(page, client.camera, rods[: len(t.RODS)].mean(axis=0)))
+        page.wait_for_function("document.querySelector('style.ta-lit')?.textContent.includes('data-m=\"0\"')")
+        assert nodes["/pointed/lit"].visible
+        assert nodes["/pointed/lit"].batched_positions == pytest.approx(rods[: len(t.RODS)], abs=1e-5)
