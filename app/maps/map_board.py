@@ -17,7 +17,7 @@ from engine.storage.rows import Generation
 from viz import theme
 from viz.maps import axis_labels
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings, robust_fitness
-from viz.maps.contents import Content, load_contents
+from viz.maps.contents import Content, best_elite, load_contents
 from viz.maps.layouts import layouts
 from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import MapPicture, pictures
@@ -194,17 +194,8 @@ class MapBoard:
         robust: Mapping[int, float] = {}
         with contextlib.suppress(InvalidData):  # what is damaged is told by the maps
             robust = robust_fitness(self._subject.reader)
-        found = [
-            (e.number in robust, robust.get(e.number, e.f_s), -e.number, name, cell)
-            for name, content in self._subject.contents.items()
-            for cell, e in content.elites.items()
-        ]
-        if not found:
-            return None
-        # equal robots are in several archives: the first one counts
-        order = list(self._subject.contents)
-        _, _, number, name, cell = max(found, key=lambda f: (*f[:3], -order.index(f[3])))
-        return name, cell, -number
+        found = best_elite(self._subject.contents, robust)
+        return None if found is None else (*found[:2], found[2].number)
 
     def _redraw(self, before: list[MapPicture] | None = None) -> None:
         subject = self._subject
