@@ -39,8 +39,10 @@ class Panel:
         self.notices: list[tuple[str, str]] = []
         self.least: float | None = None
         self.listed: tuple[set[int], int | None] = (set(), None)
+        self.robust: Mapping[int, float] = {}
 
-    def show(self, contents: Mapping[str, Content], chosen: int | None) -> None:
+    def show(self, contents: Mapping[str, Content], chosen: int | None, robust: Mapping[int, float]) -> None:
+        self.robust = robust
         self.listed = ({e.number for c in contents.values() for e in c.elites.values()}, chosen)
 
     def notify(self, title: str, text: str) -> None:
@@ -267,3 +269,5 @@ def test_the_best_robot_is_the_best_under_new_noise_if_that_is_known(
         found = board.best()
         assert found is not None
         assert found[2] == luckless
+        board.refresh()
+        assert panel.robust[luckless] == pytest.approx(35.0)
