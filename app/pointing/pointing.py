@@ -6,7 +6,7 @@ import re
 import threading
 import time
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import viser
@@ -30,6 +30,13 @@ LABEL_LIFT: Final = 0.03
 """Metres from the middle of what was clicked up to its label."""
 LABEL_INTERVAL: Final = 0.2
 """Seconds between two figures on the label."""
+ASIDE: Final = 0.4
+"""Part of the way from the middle of the scene to its edge beyond which a label grows towards the middle."""
+_INWARDS: Final[tuple[Literal["bottom-left", "bottom-center", "bottom-right"], ...]] = (
+    "bottom-left",
+    "bottom-center",
+    "bottom-right",
+)
 _REPORT: Final = re.compile(r"(?:none|module:(\d)|at:(\d{1,3}),(\d{1,3}))\|\d{1,16}")
 
 
@@ -181,10 +188,14 @@ class Pointing:
         if self._label is None or now - self._told_at >= LABEL_INTERVAL or not self._playing:
             self._told_at = now
             text = f"{part.name}: {part.force(robot.frame, robot.body)}"
+            across = self._camera.across(ends[0].mean(axis=0))
+            anchor = _INWARDS[(across > -ASIDE) + (across > ASIDE)]
             if self._label is None:
                 self._label = self._client.scene.add_label(
-                    "/pointed/label", text, position=(x, y, z + LABEL_LIFT), anchor="bottom-center"
+                    "/pointed/label", text, position=(x, y, z + LABEL_LIFT), anchor=anchor
                 )
-            elif self._label.text != text:
+            if self._label.text != text:
                 self._label.text = text
+            if self._label.anchor != anchor:
+                self._label.anchor = anchor
         self._label.position = (x, y, z + LABEL_LIFT)

@@ -15,8 +15,7 @@ from app.server.drive_log import log_sessions
 from app.server.server import serve_sessions
 from engine.body import module as t
 from engine.storage.reader import RunReader
-from tests.browser.test_pointing import place_on_screen
-from tests.support.faulty import wait_until
+from tests.browser.test_pointing import point
 from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
@@ -61,9 +60,12 @@ def test_a_log_is_played_beside_its_simulation(
         nodes = client.scene._handle_from_node_name
         page.get_by_role("button", name="Top", exact=True).click()
         page.wait_for_timeout(1500)
-        highest = np.array(nodes["/robot/cables"].points).mean(axis=1)[: t.N_CABLES]
-        page.mouse.click(*place_on_screen(page, client.camera, highest[highest[:, 2].argmax()]))
-        wait_until(lambda: page.wait_for_timeout(100) or "/pointed/label" in nodes)
+
+        def highest() -> np.ndarray:
+            cables = np.array(nodes["/robot/cables"].points).mean(axis=1)[: t.N_CABLES]
+            return cables[cables[:, 2].argmax()]
+
+        point(page, client.camera, highest, page.mouse.click, lambda: "/pointed/label" in nodes)
         assert re.fullmatch(r".+ of module 1: (.*\d\.\d\d N|slack)", nodes["/pointed/label"].text)
         assert nodes["/pointed/lit"].visible
         page.close()
