@@ -50,7 +50,10 @@ class MapView:
         archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
         if self.kind == "projection":
             family = axis_labels.family([axes[a] for a in self.axes])
-            return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
+            name = f"{family.capitalize()} map" if family else archive
+            x, y = self.axes
+            # one that skips an axis is not the first of its family
+            return f"{name}, projected" if y == x + 1 else f"{name} by {axis_labels.title(axes[y])}"
         return archive
 
     def cells(self, content: Content, outer: Cell | None) -> dict[Cell, Cell]:

@@ -32,7 +32,7 @@ def test_a_grid_of_bodies_feet_and_ways_is_shown_by_the_best() -> None:
     assert [v.axes for v in views] == [(0, 1), (0, 2), (3, 4)]
     assert [v.title(axes, None) for v in views] == [
         "Morphology map, projected",
-        "Morphology map, projected",
+        "Morphology map by feet",
         "Controller map, projected",
     ]
     weak, strong = (SimpleNamespace(f_s=f, number=n) for f, n in ((1.0, 4), (9.0, 5)))
