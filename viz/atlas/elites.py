@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from engine.analysis.profile import still_limit
+from engine.body.feet import FEET_TEXT
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
@@ -143,6 +144,7 @@ def _facts(evaluation: Evaluation, generation: int) -> list[tuple[str, str]]:
         ("modules", str(body.n_modules)),
         ("stiffness", _stiffness(body)),
         ("faces", " ".join(map(str, body.faces))),
+        *([("feet", FEET_TEXT[body.feet])] if body.feet != "none" else ()),
         ("head", "last module" if evaluation.head_is_end else "first module"),
         ("born in", f"generation {generation}"),
     ]

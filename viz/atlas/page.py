@@ -32,10 +32,17 @@ AGAIN: Final = (
 SAME: Final = 1e-4
 """Scores this much apart, in m, are the same to a reader."""
 ABOUT: Final = {
-    "morphology": "Each square holds the best robot of its body: how many modules, and how stiff.",
+    "morphology": "Each square holds the best robot of its body: how many modules, and {}.",
     "controller": "Each square holds the best robot of its way to move: the first two principal components of"
     " its head's paths.",
 }
+BODIES: Final = {
+    "stiffness": "how stiff",
+    "softest": "how stiff the softest one",
+    "stiffest": "how stiff the stiffest one",
+    "feet": "which feet",
+}
+"""What the second axis of a map of bodies says."""
 
 
 def checked_link(link: str) -> str:
@@ -157,15 +164,16 @@ def _maps(shown: Shown) -> str:
 def _map(by_coloring: Mapping[str, MapPicture]) -> str:
     first = next(iter(by_coloring.values()))
     family = axis_labels.family(first.axes)
-    about = f'<p class="what">{html.escape(ABOUT[family])}</p>' if family else ""
+    about = ABOUT[family].format(BODIES.get(first.axes[1].name, first.axes[1].name)) if family else ""
+    explained = f'<p class="what">{html.escape(about)}</p>' if about else ""
     drawn = "".join(
         f'<template data-coloring="{html.escape(name)}">{_drawn(picture)}</template>'
         for name, picture in by_coloring.items()
     )
     return (
         f'<section class="map"><h2>{html.escape(first.title)}</h2>'
-        f'<div class="drawn">{_drawn(first)}</div>{about}'
-        f"{drawn if len(by_coloring) > 1 else ''}</section>"
+        f'<div class="drawn">{_drawn(first)}</div>'
+        f"{explained}{drawn if len(by_coloring) > 1 else ''}</section>"
     )
 
 

@@ -66,6 +66,7 @@ def test_it_holds_the_elites_of_all_maps(page, small_reader):
     line = small_reader.lineage(data["best"])
     assert [row[0] for row in said["lineage"]] == [a.number for a in line]
     assert 'href="https://example.org/run?a=1&amp;b=2"' in page
+    assert "the best robot of its body: how many modules, and how stiff.</p>" in page
 
 
 def test_no_point_is_off_by_more_than_a_fifth_of_a_millimetre(page, small_reader):
