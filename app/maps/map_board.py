@@ -226,6 +226,7 @@ class MapBoard:
             palette=Palette(self._wish.colormap, self._limits()),
             fitted_to=(subject.last_contents, latest),
             least=self._elites.least,
+            robust=self._robust(),
         )
         self._elites.show(subject.contents, None if self._chosen is None else self._chosen[1], self._robust())
         self._panel.show_maps(self._pictures, [self._ring(p) for p in self._pictures])

@@ -52,14 +52,19 @@ def what_to_show(reader: RunReader) -> Shown:
     """
     generation = reader.finished_generation()
     contents = load_contents(reader, generation)
-    found = best_elite(contents, robust_fitness(reader))
+    robust = robust_fitness(reader)
+    found = best_elite(contents, robust)
     if found is None:
         raise ExportError(f"{reader.path} has no elites to show")
     archive, cell, best = found
     views = next(iter(layouts({name: c.axes for name, c in contents.items()}).values()), ())
     offered = colorings(reader)
     maps: dict[str, list[MapPicture]] = {
-        name: [p for p in pictures(contents, views, offered[name](reader, generation.number)) if p.elites]
+        name: [
+            p
+            for p in pictures(contents, views, offered[name](reader, generation.number), robust=robust)
+            if p.elites
+        ]
         for name in COLORINGS
         if name in offered
     }
