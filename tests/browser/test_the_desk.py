@@ -121,6 +121,14 @@ def test_a_phone_begins_with_the_maps_and_shows_all_of_them(address: str, chromi
         })"""
     )
     assert below[0] > above[1]
+    # the line of the greeting lies above the sheet, not behind it
+    line = page.locator(".ta-line")
+    expect(line).to_contain_text("Click any square.")
+    box = line.bounding_box()
+    assert box is not None
+    page.wait_for_function(
+        "([x, y]) => document.elementFromPoint(x, y)?.matches('canvas')", arg=[195, box["y"] + box["height"]]
+    )
     page.locator(FILLED).first.click(force=True, no_wait_after=True)
     expect(robot).to_be_visible()
     unfold(page)
