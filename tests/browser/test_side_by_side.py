@@ -62,7 +62,7 @@ def test_pinned_robots_crawl_side_by_side(address: str, visit: Visit, small_read
         assert shown == pytest.approx(distance, abs=0.3)
     # they are there after a reload, and they are seen
     page.reload()
-    press(page, "Side by side")
+    press(page, "Side by side", "3")
     expect(now).to_contain_text(re.compile(r"A \d+\.\d.*B \d+\.\d.*C \d+\.\d"))
     # one less, then one robot again
     page.get_by_role("button", name="Unpin B").click(force=True, no_wait_after=True)

@@ -48,7 +48,7 @@ def test_files_and_basket(
         expect(listed).to_contain_text(f"{number} · small")
     # a reload of the page changes nothing, but that the window is closed again
     page.reload()
-    press(page, "Take along")
+    press(page, "Take along", "2")
     for number in numbers:
         expect(listed).to_contain_text(f"{number} · small")
     expect(line).to_contain_text("exactly as evaluated")

@@ -15,9 +15,12 @@ def field_of(page: Page, label: str) -> Locator:
     return page.locator("label", has_text=re.compile(f"^{label}$")).locator(flex).last
 
 
-def press(page: Page, name: str) -> None:
-    """Press the button of a window in the bar at the top, which opens it or closes it."""
-    page.locator(".ta-bar button", has_text=re.compile(f"^{name}")).click()
+def press(page: Page, name: str, badge: str = "") -> None:
+    """Press the button of a window in the bar at the top, which opens it or closes it.
+
+    After a reload the buttons move as what they count is found again: then only with its badge.
+    """
+    page.locator(".ta-bar button", has_text=re.compile(f"^{name}.*{badge}")).click()
 
 
 def click_cell(page: Page, cell: Locator) -> int:
