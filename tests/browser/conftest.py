@@ -42,8 +42,8 @@ def visit(chromium: Browser) -> Iterator[Callable[..., Page]]:
     """Open pages, each in a browser session of its own."""
     contexts = []
 
-    def open_page(url: str) -> Page:
-        context = open_context(chromium, accept_downloads=True)
+    def open_page(url: str, *, sharp: bool = False) -> Page:
+        context = open_context(chromium, sharp=sharp, accept_downloads=True)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE)

@@ -38,7 +38,7 @@ new MutationObserver(() => {
 @pytest.fixture
 def moving(chromium: Browser) -> Iterator[Callable[[str], Page]]:
     """Open pages that may move by themselves."""
-    context = open_context(chromium, moving=True)
+    context = open_context(chromium, moving=True, sharp=True)
     context.add_init_script(WATCH)
 
     def visit(url: str) -> Page:

@@ -29,10 +29,10 @@ def squeezing_run(small_config: RunConfig, workplace: Path) -> Path:
 
 
 def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
-    squeezing_run: Path, visit: Callable[[str], Page]
+    squeezing_run: Path, visit: Callable[..., Page]
 ) -> None:
     with serve([squeezing_run], host="127.0.0.1", port=0) as server, RunReader(squeezing_run) as reader:
-        page = visit(f"http://127.0.0.1:{server.get_port()}")
+        page = visit(f"http://127.0.0.1:{server.get_port()}", sharp=True)
         filled = page.locator('svg.ta-map[data-map=morphology] g[data-filled="1"]')
         evaluation = reader.evaluation(click_cell(page, filled.first))
         line, card = page.locator(".ta-replay"), page.locator(".ta-card")
@@ -56,11 +56,14 @@ def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
         # robot and target are seen, however slow the browser is, and not behind the panel below
         page.wait_for_timeout(1000)
         shown = np.vstack([nodes["/robot/nodes"].batched_positions, nodes["/target/post"].position])
-        x, y = pixels(client.camera, shown).T
+        scene = page.locator("canvas[data-engine]").bounding_box()
+        assert scene is not None
+        # of the page; the scene may be drawn with fewer
+        x, y = pixels(client.camera, shown).T * scene["height"] / client.camera.image_height
         panel = page.get_by_role("button", name=re.compile("^(Play|Pause)$")).bounding_box()
         assert panel is not None
         assert (x > 0).all()
-        assert (x < client.camera.image_width).all()
+        assert (x < scene["width"]).all()
         assert (y > 0).all()
         assert (y < panel["y"] - 40).all()
         # and large enough

@@ -49,7 +49,13 @@ def launch(playwright: Playwright) -> Browser:
 
 
 def open_context(
-    browser: Browser, width: int = 1280, height: int = 720, *, moving: bool = False, **options: Any
+    browser: Browser,
+    width: int = 1280,
+    height: int = 720,
+    *,
+    moving: bool = False,
+    sharp: bool = False,
+    **options: Any,
 ) -> BrowserContext:
     """Open a browser session whose pages are drawn with little work, coarsely and seldom.
 
@@ -57,11 +63,12 @@ def open_context(
         browser: that opens it.
         width, height: of its pages, in their pixels.
         moving: whether pages may move by themselves.
+        sharp: whether every pixel is drawn, by which the app judges how wide a page is: for tests of layouts.
         options: others of Playwright's.
     """
     context = browser.new_context(
         viewport={"width": width, "height": height},
-        device_scale_factor=COARSE,
+        device_scale_factor=1.0 if sharp else COARSE,
         reduced_motion="no-preference" if moving else "reduce",
         **options,
     )
