@@ -9,15 +9,13 @@ from reportlab.platypus import Flowable
 
 from engine.body.morphology import Morphology
 from engine.fabrication.kit.measured import measures
-from engine.fabrication.kit.power import LARGEST_DROP, power
+from engine.fabrication.kit.power import LARGEST_DROP, SIGNAL, TETHER, power
 from engine.fabrication.kit.purchases import AS_OF, HOURS, print_hours, purchases, total
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.printed_parts import printed_parts
 from viz.build_sheet import blocks, style
 from viz.build_sheet.style import Paper
 
-TETHER: Final = 1.5
-"""Length of the wire to the robot, in m."""
 _FILAMENT: Final = (
     ("nozzle, bed", "240 °C, 80 °C", "225 °C, 45 °C"),
     ("layer; first layer", "0.2 mm; 0.2 mm", "0.2 mm; 0.2 mm, 20 mm/s"),
@@ -149,7 +147,7 @@ def _power(n_servos: Sequence[int], materials: Materials, width: float) -> list[
         blocks.note(
             f"For a tether of {TETHER:g} m, whose wires lose at most {LARGEST_DROP:g} V, and servos that draw"
             f" {materials.servo.stall_current:g} A when they are blocked. From the common wires to a servo"
-            " AWG 26 is enough, for its signal AWG 28. The fuse sits at the supply, in the + wire; a"
+            f" AWG 26 is enough, for its signal AWG {SIGNAL}. The fuse sits at the supply, in the + wire; a"
             " capacitor of 470 to 1000 µF at the robot."
         ),
     ]
