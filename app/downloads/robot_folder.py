@@ -64,6 +64,7 @@ _WHAT: Final = (
     ("tables/as_built.csv", "what differs when it is built, how that is known, and what it costs"),
     ("tables/targets.csv", "score of every trial by target"),
     ("tables/paths.csv", "recorded paths of the head towards every target"),
+    ("parts/jig.*", "holds the six rods of a module while the net goes on"),
     ("parts/*.stl", "part to print, in mm"),
     ("parts/*.3mf", "part to print, units inside"),
     ("net/*.dxf", "flat net at 1:1, in mm, with a scale bar"),

@@ -1,4 +1,4 @@
-"""What to buy for one module, with typical parts, prices and hours.
+"""What to buy for a module or a robot, with typical parts, prices and hours.
 
 Prices are what such parts usually cost, in euro, with tax and without shipping: our own guess of a date, no
 shop's offer. They are there to tell 60 from 600 euro.
@@ -35,6 +35,10 @@ HOURS: Final = {
     "measuring": 0.75,
 }
 """Of work, for somebody's first module; assumed."""
+AGAIN: Final = 0.5
+"""Part of these hours that a further module takes; assumed."""
+JOINING: Final = 0.25
+"""Hours for each joint of two modules; assumed."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,7 +47,7 @@ class Purchase:
 
     Attributes:
         what: it is.
-        needed: for one module, spares included, as text.
+        needed: spares included, as text.
         typical: a part that fits.
         packs: how many of the usual packs.
         low, high: price of one pack, in euro.
@@ -133,11 +137,14 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         Purchase(
             materials.line.elastic,
             f"{2 * len(t.SERVO_NODES) * n} pieces",
-            "assortment",
+            "reel of latex thread of 0.8 mm, 10 m; the limiters' too",
             1,
             2.0,
             6.0,
             once=True,
+        ),
+        Purchase(
+            "beads of 2 mm, steel wire of 1 mm, toothpicks", "a few", "craft shop", 1, 3.0, 8.0, once=True
         ),
     ]
     found += [
@@ -148,15 +155,36 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         *found,
         Purchase(materials.board.model, "1", "with USB cable", 1, 5.0, 25.0, once=True),
         Purchase(
-            "supply, fuse with holder, capacitor, wire", "1 each", "table “Power”", 1, 15.0, 35.0, once=True
+            "supply, switch, fuse with holder, capacitor, wire, connectors",
+            "1 each",
+            "table “Power”",
+            1,
+            15.0,
+            35.0,
+            once=True,
+        ),
+        Purchase(
+            "USB camera and a stand, to steer only",
+            "1",
+            "webcam of 1280 × 720 pixels, 60° wide, sharp from 1 m",
+            1,
+            15.0,
+            50.0,
+            once=True,
         ),
     ]
 
 
-def print_hours(printed: tuple[PrintedPart, ...]) -> float:
-    """Return about how many hours a printer takes for parts."""
+def print_hours(printed: tuple[PrintedPart, ...], jig: float = 0.0) -> float:
+    """Return about how many hours a printer takes for parts, and for a jig of a volume in m3."""
     seconds = sum(p.quantity * (p.volume / PRINT_SPEED + PER_PIECE) for p in printed)
-    return seconds / 3600.0
+    return (seconds + jig / PRINT_SPEED) / 3600.0
+
+
+def work_hours(modules: int) -> dict[str, float]:
+    """Return hours of work by what is done, for a robot of so many modules."""
+    found = {what: hours * (1.0 + AGAIN * (modules - 1)) for what, hours in HOURS.items()}
+    return found if modules == 1 else {**found, "joining the modules, checking the robot": JOINING * modules}
 
 
 def total(listed: list[Purchase], *, again: bool = False) -> tuple[float, float]:

@@ -223,7 +223,9 @@ def test_feet_of_robots_as_built_grip_backward_and_differ() -> None:
 def test_files_tell_of_built_feet_only_where_they_are_known() -> None:
     old = physics_to_json(as_built(Physics(), Built(line_limit=0.0), Spread(mass=0.1)))
     assert not {"feet_forward", "feet_backward", "tether_mass"} & {*old["built"], *old["spread"]}
-    new = as_built(Physics(), Built(feet_forward=0.2, feet_backward=0.6, tether_mass=0.001), Spread(feet_forward=0.1))
+    new = as_built(
+        Physics(), Built(feet_forward=0.2, feet_backward=0.6, tether_mass=0.001), Spread(feet_forward=0.1)
+    )
     assert physics_from_json(physics_to_json(new)) == new
     assert physics_from_json(old).built == Built(line_limit=0.0)
 

@@ -1,6 +1,7 @@
 """The papers of a kit: nothing overflows, every part has its picture, the net is at 1:1."""
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -66,10 +67,18 @@ def test_it_says_what_a_workshop_asks(sheet):
         "fuse",
         "Filament settings to begin with",
         "What to measure, in this order",
-        "Build one module (do this 1 times)",
+        "USB camera",
+        "hours, 2.8 of them for the jig",
         "There is no STEP file",
     ):
         assert said in text, said
+    # a page that the text sends its reader to is there
+    for section in set(re.findall("“([A-Z][^”]+)”", text)) - {"New Line", "To steer it", "The head point"}:
+        assert len(re.findall(rf"(?<!“){re.escape(section)}(?!”)", text)) >= 1, section
+    # what has to be there before it is used comes before it
+    order = ("Draw a limiter", "No glue yet", "adjust these limiters", "a day later", "cyanoacrylate at the")
+    places = [text.index(words, text.index("1. Prepare the rods")) for words in order]
+    assert places == sorted(places)
 
 
 def test_the_actions_add_every_part_one_after_the_other(scene):
