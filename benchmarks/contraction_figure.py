@@ -48,14 +48,14 @@ def figure() -> go.Figure:
     return result
 
 
-def main(out: Path) -> None:
-    """Draw the figure in a browser and keep the picture."""
+def draw(picture: go.Figure, out: Path, size: tuple[int, int]) -> None:
+    """Draw a figure in a browser and keep the picture; ``size`` is its width and height in px."""
     found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}, device_scale_factor=2)
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]}, device_scale_factor=2)
         page.set_content(
-            figure().to_html(config={"displayModeBar": False}, default_height=f"{SIZE[1] - 16}px")
+            picture.to_html(config={"displayModeBar": False}, default_height=f"{size[1] - 16}px")
         )
         page.locator(".legend").wait_for()
         page.screenshot(path=out)
@@ -63,4 +63,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    draw(figure(), Path(sys.argv[1]), SIZE)
