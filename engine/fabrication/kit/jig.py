@@ -57,7 +57,7 @@ _PLAY: Final = 0.5
 _SAMPLED: Final = 3.0
 """Longest distance of neighbouring points on these parts, in mm."""
 _ROD: Final = re.compile(r"_rod(\d+)$")
-_OTHERS: Final = re.compile(r"_cap_|_cable_|_servo_\d+$")
+_OTHERS: Final = re.compile(r"_cap_|_cable_|_way_|_servo_\d+$")
 """Names of parts that are put on later, once the module lies in the jig."""
 _PLACES: Final = 13
 """Along each rod that are looked at."""

@@ -102,12 +102,12 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             once=True,
         )
     )
-    if materials.cable.form == "printed":
-        grams = f"{1.5 * 1000 * soft:.0f} g, half of it for misprints"
-        found.append(
-            Purchase(materials.cable.material, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True)
-        )
-    else:
+    form = materials.cable.form
+    if soft:
+        name = materials.cable.material if form == "printed" else "flexible filament (TPU), for the links"
+        grams = f"{math.ceil(1.5 * 1000 * soft)} g, half of it for misprints"
+        found.append(Purchase(name, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True))
+    if form == "cord":
         cords: dict[float, float] = {}
         for part in parts(morphology, materials):
             if part.group == "passive cables" and part.diameter is not None and part.length is not None:
@@ -144,7 +144,13 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             once=True,
         ),
         Purchase(
-            "beads of 2 mm, steel wire of 1 mm, toothpicks", "a few", "craft shop", 1, 3.0, 8.0, once=True
+            "beads of 2 mm, steel wire of 1 mm, toothpicks",
+            f"{2 * len(t.SERVO_NODES) * n} beads, half of them spares",
+            "craft shop",
+            1,
+            3.0,
+            8.0,
+            once=True,
         ),
     ]
     found += [

@@ -85,8 +85,8 @@ def pages(
                 blocks.grid(
                     ("what", "hours"),
                     [
-                        *[[a, f"{h:.3g}"] for a, h in work.items()],
-                        ["<b>all</b>", f"<b>{sum(work.values()):.3g}</b>"],
+                        *[[a, f"{h:.1f}"] for a, h in work.items()],
+                        ["<b>all</b>", f"<b>{sum(work.values()):.0f}</b>"],
                     ],
                     blocks.columns(0.5 * width, 70, 30),
                     right=(1,),

@@ -6,6 +6,7 @@ import dataclasses
 
 from reportlab.platypus import Flowable, Paragraph
 
+from engine.fabrication.dimensions.limiter import has_limiter
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import Materials
 from viz.build_sheet import blocks, part_drawings, style
@@ -55,7 +56,7 @@ def kit_sheet(
         ],
         part_drawings.pages(alone, materials, sheet),
         net.pages(alone, materials, sheet),
-        steps.pages(scene, sheet),
+        steps.pages(scene, sheet, limited=has_limiter(materials)),
         assembly.pages(alone, materials, sheet),
         [*wiring.pages(alone, materials, sheet), *checks.safety(alone, materials)],
     )

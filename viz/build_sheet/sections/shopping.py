@@ -62,8 +62,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 blocks.note(
                     "Every part as .3mf, which knows its unit, and as .stl, to be read in mm. Masses are of"
                     f" solid parts: print with {1e3 * printer.nozzle:g} mm nozzle, layers of"
-                    f" {1e3 * printer.layer:g} mm, 100 % filled, temperatures as on the spool, flexible parts"
-                    f" slowly (20 mm/s). {first} Then one cap: it must slide on a rod without force and not"
+                    f" {1e3 * printer.layer:g} mm, 100 % filled, as “Filament settings to begin with” says."
+                    f" {first} Then one cap: it must slide on a rod without force and not"
                     f" wobble ({1e3 * printer.clearance:g} mm of play); if not, change clearance_mm in the"
                     " materials file and export again."
                 ),
