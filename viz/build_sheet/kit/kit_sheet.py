@@ -44,7 +44,7 @@ def kit_sheet(
     alone = lone_facts(facts)
     n = facts.morphology.n_modules
     sections: tuple[list[Flowable], ...] = (
-        _title(facts, bool(scene.matching(["jig*"]))),
+        [*_title(facts, bool(scene.matching(["jig*"]))), *checks.safety(alone, materials)],
         [
             *shopping.pages(alone, materials, sheet),
             *bill_of_materials.pages(alone, materials, sheet),
@@ -58,7 +58,7 @@ def kit_sheet(
         net.pages(alone, materials, sheet),
         steps.pages(scene, sheet, limited=has_limiter(materials)),
         assembly.pages(alone, materials, sheet),
-        [*wiring.pages(alone, materials, sheet), *checks.safety(alone, materials)],
+        wiring.pages(alone, materials, sheet),
     )
     return typeset(
         on_pages_of_their_own(sections),

@@ -134,8 +134,9 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         )
     else:
         ready = (
-            "Tie 24 cords to a net: print the file of the folder net at 100 %, fix it on a board with a nail"
-            " in every ring, lay a cord along every line and knot it to a loop round the nails,"
+            "Tie 24 cords to a net: print net_tiles…pdf at 100 %, lay the crosses of its sheets over each"
+            " other, glue them on a board, drive a nail into every ring, lay a cord along every line and"
+            " knot it to a loop round the nails,"
             f" {1000 * design.path:.1f} mm from knot to knot, not stretched. Write the node numbers beside"
             " the loops; the upper side becomes the outside."
         )
