@@ -22,7 +22,7 @@ from engine.fabrication.parts import servo_parts as sp
 from engine.fabrication.parts import shapes as p
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
-from viz.build_sheet.part_view import View, cut, shadow
+from viz.build_sheet.part_view import Point, View, cut, shadow
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.style import Paper
 
@@ -121,24 +121,18 @@ def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -
     view.upright(-tail, top, -x - 62, f"{tail + top:.1f}", (-sleeve, -p.HEAD[0]))
     view.upright(-tail, 0.0, -x - 42, f"{tail:.1f}", (-sleeve, -crown))
     view.upright(crown_low, p.CROWN_ABOVE, -x - 22, f"{p.CROWN_ABOVE - crown_low:.1f}", (-crown, -crown))
-    view.note(
-        x + 14, scale * (top - 0.4), f"knob Ø {2 * p.HEAD[0]:.1f} × {p.HEAD[1]:.1f}", (p.HEAD[0], top - 0.4)
-    )
-    view.note(
-        x + 14,
-        scale * (neck - 0.6),
-        f"neck Ø {2 * p.NECK:.1f} × {neck - p.CROWN_ABOVE:.1f}",
-        (p.NECK, neck - 0.6),
-    )
-    view.note(x + 14, 0.0, f"hole Ø {p.HOLE:.1f} for the limiter's line", (crown - 0.2, -0.3))
-    view.note(x + 14, -scale * 1.6, f"crown Ø {2 * crown:.1f}", (crown, -1.6))
-    view.note(
-        x + 14,
-        -scale * 0.5 * (1.5 + tail),
-        f"the rod meets its bottom {1e3 * CAP_TIP:.1f} below the node",
-        (bore * 0.4, -1e3 * CAP_TIP),
-    )
-    above = View(pen, (pen.width - 82, pen.height / 2 - 4), scale)
+    tip = 1e3 * CAP_TIP
+    neck_said = f"neck Ø {2 * p.NECK:.1f} × {neck - p.CROWN_ABOVE:.1f}"
+    notes: list[tuple[float, str, Point]] = [
+        (scale * (top - 0.4), f"knob Ø {2 * p.HEAD[0]:.1f} × {p.HEAD[1]:.1f}", (p.HEAD[0], top - 0.4)),
+        (scale * (neck - 0.6), neck_said, (p.NECK, neck - 0.6)),
+        (0.0, f"hole Ø {p.HOLE:.1f} for the limiter's line", (crown - 0.2, -0.3)),
+        (-scale * 1.6, f"crown Ø {2 * crown:.1f}", (crown, -1.6)),
+        (-scale * 4.0, f"the rod meets its bottom {tip:.1f} below the node", (bore * 0.4, -tip)),
+    ]
+    view.notes(x + 14, notes)
+    wide = 9.5  # a long cap is drawn small from the side
+    above = View(pen, (pen.width - 82, pen.height / 2 - 4), wide)
     above.shape(solid.slice(0.5 * p.CROWN_ABOVE))
     reach = crown + 1.0
     angles = [float(a) for a in p.notch_angles()]
@@ -151,10 +145,10 @@ def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -
         between = np.radians((angle + following) / 2)
         x, y = above.at((crown + 1.6) * np.cos(between), (crown + 1.3) * np.sin(between))
         pen.text(x, y - 3, f"{following - angle:.0f}°", align="centre")
-    above.title(scale * crown + 26, "cut at the node, seen from outside")
+    above.title(wide * crown + 26, "cut at the node, seen from outside")
     pen.text(
         above.origin[0],
-        above.origin[1] - scale * crown - 32,
+        above.origin[1] - wide * crown - 32,
         f"notches {p.notch_width(design):.1f} wide, {1e3 * t.ANCHOR_OFFSET:.1f} from the axis",
         align="centre",
     )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Final
+
 import numpy as np
 from manifold3d import CrossSection, Manifold
 from reportlab.lib.colors import Color, white
@@ -11,6 +14,8 @@ from viz.build_sheet.details import CAP
 from viz.build_sheet.pen import Pen
 
 Point = tuple[float, float]
+LEAD: Final = 10.0
+"""From the base line of a note to the next one, in points."""
 
 
 class View:
@@ -56,6 +61,14 @@ class View:
         place = (self.origin[0] + x, self.origin[1] + y)
         self.pen.text(place[0] + 2, place[1] - 2.5, text)
         self.pen.line(place, self.at(*to), width=0.35, color=style.SOFT)
+
+    def notes(self, x: float, notes: list[tuple[float, str, Point]]) -> None:
+        """Write notes (y, text, to) from the upper one to the lowest, each clear of the one above it."""
+        free = math.inf
+        for y, text, to in notes:
+            free = min(y, free)
+            self.note(x, free, text, to)
+            free -= LEAD
 
     def title(self, y: float, text: str) -> None:
         """Write what the view shows, so many points beside the origin."""

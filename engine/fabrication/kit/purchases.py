@@ -14,6 +14,7 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cut_lists import stock_plan
+from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.printed_parts import PrintedPart, printed_parts
 from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length
@@ -94,7 +95,7 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
     found.append(
         Purchase(
             f"{materials.plastic.material} filament",
-            f"{1000 * rigid:.0f} g, and 60 g for the jig",
+            f"{1000 * rigid:.0f} g" + (", and 60 g for the jig" if robot_jig(morphology, materials) else ""),
             "1.75 mm, spool of 1 kg",
             1,
             15.0,

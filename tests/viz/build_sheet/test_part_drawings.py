@@ -7,6 +7,7 @@ from reportlab.pdfgen.canvas import Canvas
 
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.materials import load_materials
 from engine.fabrication.parts import shapes
 from engine.fabrication.parts.drum import drum_discs, servo_drum
 from engine.fabrication.parts.foot import foot
@@ -19,9 +20,10 @@ from viz.build_sheet.document import typeset
 from viz.build_sheet.pen import Pen
 
 
-@pytest.mark.parametrize("n", [2, 10])
-def test_the_measures_are_those_of_the_solids(robots, materials, n):
+@pytest.mark.parametrize(("n", "preset"), [(2, ""), (10, ""), (2, "silicone-cord")])
+def test_the_measures_are_those_of_the_solids(robots, materials, n, preset):
     facts, paper = robots[n], style.PAPERS["letter"]
+    materials = load_materials(preset) if preset else materials
     footed = bool(facts.feet.feet)
     story = part_drawings.pages(facts, materials, paper)
     pdf, layout = typeset(story, paper=paper, title="", running="", date="")

@@ -75,8 +75,9 @@ def pages(
         blocks.gap(2),
         blocks.note(
             f"<b>{low:.0f} to {high:.0f} euro</b> {what}: usual prices as of {AS_OF}, our own guess and no"
-            f" shop's offer, with tax and without shipping. The printer needs about {hours:.1f} hours,"
-            f" {jig / PRINT_SPEED / 3600:.1f} of them for the jig. Not counted: printer, calipers, scale,"
+            f" shop's offer, with tax and without shipping. The printer needs about {hours:.1f} hours"
+            + (f", {jig / PRINT_SPEED / 3600:.1f} of them for the jig. " if jig else ". ")
+            + "Not counted: printer, calipers, scale,"
             " soldering iron."
         ),
         blocks.together(

@@ -81,7 +81,8 @@ def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
         text = style.escaped(problem.text)
         found.append(
             blocks.warning(
-                f"<b>Cannot be made as asked (modules {where}).</b> {text} What would work: {cures}."
+                f"<b>Cannot be made as asked (module{'s' if len(problem.modules) > 1 else ''} {where}).</b>"
+                f" {text} What would work: {cures}."
             )
         )
     return found
