@@ -25,6 +25,10 @@ HEAD: Final = (
 )
 
 
+AGAIN: Final = "mean of {} trials under fresh noise; recorded"
+"""What a robot's first figure is, if it was evaluated again; the recorded f_s follows."""
+
+
 def markup(sentence: str) -> str:
     """Return a sentence as HTML: with the index of f_s below its line."""
     return sentence.replace("f_s", "f<sub>s</sub>")

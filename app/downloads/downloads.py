@@ -37,7 +37,8 @@ from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
 from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
-from viz.atlas.page import atlas_page, seconds_of, shown_maps
+from viz.atlas.page import atlas_page
+from viz.atlas.shown import what_to_show
 
 LOOKED_AT: Final = 4.0
 """Seconds after which a chosen robot's buildability is found out, which may take half a second of CPU."""
@@ -225,7 +226,7 @@ class Downloads:
         Raises:
             RunFileError: it has no finished generation, or is damaged.
             ExportError: there is nothing to show.
-            InvalidData: another file is being made.
+            InvalidData: another file is being made, or what lies beside the run is damaged.
         """
         reader = self._reader()
         name = f"{printable(reader.path.stem)}_atlas.html"
@@ -233,7 +234,7 @@ class Downloads:
         def make(progress: ProgressCallback) -> MadeFile:
             return name, atlas_page(reader, progress=lambda n, total: progress("simulating", n, total))
 
-        self._start(name, make, seconds_of(reader, shown_maps(reader)))
+        self._start(name, make, what_to_show(reader).seconds)
 
     def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:
         def paid(progress: ProgressCallback) -> MadeFile:

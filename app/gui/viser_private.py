@@ -10,6 +10,8 @@ Each of them is here because nothing public does it:
   any size.
 - ``ModalHandle``: the type of what ``add_modal`` returns has no public name.
 - ``inputs_of``: a client cannot be asked for its controls.
+- ``_icon``: viser looks through the list of its 5,000 icons anew for every icon that it has not drawn lately,
+  which took a third of the time until a page was there.
 - ``put_arrays``: viser compares and copies every array three times, one message each; a replay sends five
   of them in every frame to every browser.
 - ``uuid_of`` and ``selector``: a widget can only be found on the page by the id that viser gave it, and what
@@ -26,13 +28,14 @@ import math
 import threading
 import time
 import weakref
+import zipfile
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from typing import Any, Final
 
 import numpy as np
 import viser
-from viser import _messages
+from viser import _gui_api, _gui_handles, _icons, _messages
 from viser._gui_handles import GuiModalHandle as ModalHandle
 from viser._gui_handles import GuiProgressBarHandle
 
@@ -82,6 +85,8 @@ def start_server(
     ready = threading.Event()
     with _starting, guarded_serving(access, uploads=uploads, ready=ready.is_set):
         server = viser.ViserServer(host=host, port=port, label="TensAtlas", verbose=False)
+    for module in (_gui_api, _gui_handles):
+        module.svg_from_icon = _icon  # type: ignore[attr-defined]
     server._thread_executor = _Dispatcher(dispatch)  # type: ignore[assignment]
     handlers = server._websock_server
     # all widgets belong to a client; the share messages open a tunnel that shows the server to the world
@@ -96,6 +101,17 @@ def start_server(
         handlers.unregister_handler(kind)
     ready.set()
     return server
+
+
+@functools.cache
+def _all_icons() -> zipfile.ZipFile:
+    return zipfile.ZipFile(_icons.ICONS_DIR / "tabler-icons.zip")
+
+
+@functools.cache
+def _icon(name: str) -> str:
+    """Return an icon as SVG."""
+    return _all_icons().read(f"{name}.svg").decode()
 
 
 class _Dispatcher:

@@ -135,7 +135,7 @@ class ArchivesPanel:
         lines = [
             f"{html.escape(config.task)} · {html.escape(config.algorithm)} · {state_markup(state)}"
             f" · {html.escape(reader.created_at[:10])}",
-            f"{n} of {config.evaluations} evaluations{failed}{best}",
+            f"{n:,} of {config.evaluations:,} evaluations{failed}{best}",
         ]
         put_html(
             self._status,

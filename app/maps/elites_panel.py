@@ -77,12 +77,19 @@ class ElitesPanel:
         value = self._least.value
         return None if value <= self._least.min else float(value)
 
-    def show(self, contents: Mapping[str, Content], chosen: int | None) -> None:
-        """List the elites of archives, and mark a robot."""
-        elites = elite_list.listed(contents)
+    def show(self, contents: Mapping[str, Content], chosen: int | None, robust: Mapping[int, float]) -> None:
+        """List the elites of archives, and mark a robot.
+
+        Args:
+            contents: the archives by name.
+            chosen: number of the robot; None for none.
+            robust: f_s in cm under noise that robots were not selected with, where it is known, by number.
+        """
+        elites = elite_list.listed(contents, robust)
         if elites:
             all_wanted = self.least is None
-            low, high = math.floor(elites[-1].elite.f_s), math.ceil(elites[0].elite.f_s)
+            values = [e.elite.f_s for e in elites]
+            low, high = math.floor(min(values)), math.ceil(max(values))
             put(self._least, float(low), "min")
             put(self._least, float(max(high, low + 1)), "max")
             if all_wanted or not low <= self._least.value <= high:

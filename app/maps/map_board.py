@@ -17,7 +17,7 @@ from engine.storage.rows import Generation
 from viz import theme
 from viz.maps import axis_labels
 from viz.maps.coloring import FITNESS, USUAL, Coloring, colorings, robust_fitness
-from viz.maps.contents import Content, load_contents
+from viz.maps.contents import Content, best_elite, load_contents
 from viz.maps.layouts import layouts
 from viz.maps.map_parts import Ring
 from viz.maps.map_pictures import MapPicture, pictures
@@ -95,6 +95,7 @@ class MapBoard:
         self._chosen: tuple[str, int] | None = None
         self._colors: dict[tuple[object, ...], Coloring] = {}
         self._stamp: object = None
+        self._known_robust: tuple[object, Mapping[int, float]] = (None, {})
 
     @property
     def generation(self) -> int | None:
@@ -191,20 +192,19 @@ class MapBoard:
         """
         if self._subject is None:
             return None
-        robust: Mapping[int, float] = {}
-        with contextlib.suppress(InvalidData):  # what is damaged is told by the maps
-            robust = robust_fitness(self._subject.reader)
-        found = [
-            (e.number in robust, robust.get(e.number, e.f_s), -e.number, name, cell)
-            for name, content in self._subject.contents.items()
-            for cell, e in content.elites.items()
-        ]
-        if not found:
-            return None
-        # equal robots are in several archives: the first one counts
-        order = list(self._subject.contents)
-        _, _, number, name, cell = max(found, key=lambda f: (*f[:3], -order.index(f[3])))
-        return name, cell, -number
+        found = best_elite(self._subject.contents, self._robust())
+        return None if found is None else (*found[:2], found[2].number)
+
+    def _robust(self) -> Mapping[int, float]:
+        """Return the elites' f_s in cm under noise that they were not selected with, where it is known."""
+        assert self._subject is not None
+        stamp = (self._subject.reader, robust_stamp(self._subject.reader.path))
+        if self._known_robust[0] != stamp:
+            found: Mapping[int, float] = {}
+            with contextlib.suppress(InvalidData):  # what is damaged is told by the maps
+                found = robust_fitness(self._subject.reader)
+            self._known_robust = (stamp, found)
+        return self._known_robust[1]
 
     def _redraw(self, before: list[MapPicture] | None = None) -> None:
         subject = self._subject
@@ -226,8 +226,9 @@ class MapBoard:
             palette=Palette(self._wish.colormap, self._limits()),
             fitted_to=(subject.last_contents, latest),
             least=self._elites.least,
+            robust=self._robust(),
         )
-        self._elites.show(subject.contents, None if self._chosen is None else self._chosen[1])
+        self._elites.show(subject.contents, None if self._chosen is None else self._chosen[1], self._robust())
         self._panel.show_maps(self._pictures, [self._ring(p) for p in self._pictures])
 
     def _colorings(self, offered: Mapping[str, MakeColoring], wanted: str) -> tuple[str, Coloring, Coloring]:

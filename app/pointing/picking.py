@@ -12,7 +12,7 @@ from engine.body import module as t
 from engine.body.forces import cable_tensions, rod_compressions
 from engine.body.morphology import Morphology
 from engine.replay.recording import ReplayFrame
-from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing
+from viz.robot.geometry import CABLE_DRAWN_RADIUS, ROD_DRAWN_RADIUS, Drawing
 
 REACH: Final = 7.0
 """Pixels from the pointer within which a rod or a cable is meant."""
@@ -20,7 +20,6 @@ AROUND: Final = 0.045
 """Metres from a module's centre to its nodes, about: what a ray must pass to point at the module."""
 DEPTH_COUNTS: Final = 0.05
 """How many metres beside a module's centre weigh as much as a metre behind another one."""
-CABLE_RADIUS: Final = 0.0008
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -81,7 +80,7 @@ def part_at(ray: Ray, drawing: Drawing) -> RobotPart | None:
     """Return the rod or cable that a ray means, None for none: of those as near to it, what is in front."""
     rods, cables = drawing.rods, drawing.cables
     segments = np.concatenate([rods, cables]).astype(float)
-    radius = np.repeat([ROD_DRAWN_RADIUS, CABLE_RADIUS], [len(rods), len(cables)])
+    radius = np.repeat([ROD_DRAWN_RADIUS, CABLE_DRAWN_RADIUS], [len(rods), len(cables)])
     start, along = segments[:, 0] - ray.origin, segments[:, 1] - segments[:, 0]
     # seen along the ray, so that a segment's nearest point to it is that nearest to the origin
     flat_start, flat_along = (v - (v @ ray.direction)[:, None] * ray.direction for v in (start, along))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import threading
 import time
-from typing import Final
+from collections.abc import Sequence
+from typing import Final, Literal
 
 import numpy as np
 import viser
@@ -13,15 +14,13 @@ import viser
 from app.gui.page_channel import SCRIPT, add_channel, page_file, run_script
 from app.gui.viser_private import put_arrays, uuid_of
 from app.gui.widgets import put_html
-from app.pointing.picking import RobotPart, module_at, part_at
-from app.replay.player import ReplayMoment
-from app.replay.scene import Scene
+from app.pointing.picking import RobotPart
+from app.pointing.seen import SeenRobot, module_under, part_under
 from app.replay.scene_camera import SceneCamera
 from app.replay.shapes import unit_tube
 from engine.body import module as t
-from engine.body.morphology import Morphology
 from viz import theme
-from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing
+from viz.robot.geometry import ROD_DRAWN_RADIUS
 
 LIT_RADIUS: Final = 1.5 * ROD_DRAWN_RADIUS
 """Of a lit rod, in m: it lies around the plain one."""
@@ -31,6 +30,13 @@ LABEL_LIFT: Final = 0.03
 """Metres from the middle of what was clicked up to its label."""
 LABEL_INTERVAL: Final = 0.2
 """Seconds between two figures on the label."""
+ASIDE: Final = 0.4
+"""Part of the way from the middle of the scene to its edge beyond which a label grows towards the middle."""
+_INWARDS: Final[tuple[Literal["bottom-left", "bottom-center", "bottom-right"], ...]] = (
+    "bottom-left",
+    "bottom-center",
+    "bottom-right",
+)
 _REPORT: Final = re.compile(r"(?:none|module:(\d)|at:(\d{1,3}),(\d{1,3}))\|\d{1,16}")
 
 
@@ -39,19 +45,19 @@ class Pointing:
 
     Args:
         client: the browser.
-        scene: that shows the robot.
-        camera: of the scene.
+        camera: of its scene.
     """
 
-    def __init__(self, client: viser.ClientHandle, scene: Scene, camera: SceneCamera) -> None:
+    def __init__(self, client: viser.ClientHandle, camera: SceneCamera) -> None:
         gui = client.gui
-        self._client, self._scene, self._camera = client, scene, camera
+        self._client, self._camera = client, camera
         self._mutex = threading.RLock()
-        self._body: Morphology | None = None
-        self._moment: ReplayMoment | None = None
-        self._hovered: int | None = None
-        self._held: int | None = None
-        self._part: RobotPart | None = None
+        self._robots: list[SeenRobot] = []
+        self._playing = False
+        # indices of a robot of the scene, None if it is not there, and of a module
+        self._hovered: tuple[int | None, int] | None = None
+        self._held: tuple[int | None, int] | None = None
+        self._part: tuple[int, RobotPart] | None = None
         self._told_at = 0.0
         self._rods: viser.BatchedMeshHandle | None = None
         self._line: viser.LineSegmentsHandle | None = None
@@ -68,20 +74,22 @@ class Pointing:
         pointed.on_update(lambda event: self._report(event, click=False))
         picked.on_update(lambda event: self._report(event, click=True))
 
-    def show(self, moment: ReplayMoment) -> None:
-        """Draw what is pointed at, once the scene shows a moment; another robot has nothing pointed at."""
+    def show(self, robots: Sequence[SeenRobot], *, playing: bool) -> None:
+        """Draw what is pointed at, once the scene shows robots; other robots have nothing pointed at.
+
+        Args:
+            robots: of the scene; none that could be pointed at if it is empty.
+            playing: whether another moment follows at once.
+        """
         with self._mutex:
-            if moment.replay.morphology != self._body:
+            if [r.body for r in robots] != [r.body for r in self._robots]:
                 self._forget()
-            self._moment, self._body = moment, moment.replay.morphology
+            self._robots, self._playing = list(robots), playing
             self._draw()
 
     def clear(self) -> None:
         """Light nothing: no robot that could be pointed at is shown."""
-        with self._mutex:
-            self._forget()
-            self._moment = self._body = None
-            self._draw()
+        self.show([], playing=False)
 
     def _report(self, event: viser.GuiEvent, *, click: bool) -> None:
         """Take note of where the pointer is, as ``pointing.js`` says it."""
@@ -89,78 +97,85 @@ class Pointing:
         if found is None:
             return
         module, x, y = (None if text is None else int(text) for text in found.groups())
-        drawing = self._scene.drawing
         with self._mutex:
-            part = None
-            if x is not None and y is not None and drawing is not None:
+            part: tuple[int, RobotPart] | None = None
+            lit: tuple[int | None, int] | None = None
+            if x is not None and y is not None and self._robots:
                 ray = self._camera.ray(x / 999, y / 999)
-                part = part_at(ray, drawing) if click else None
-                module = module_at(ray, drawing) if part is None else part.module
-            if module is not None and (self._body is None or module >= self._body.n_modules):
-                module = None
+                part = part_under(ray, self._robots) if click else None
+                lit = module_under(ray, self._robots) if part is None else (part[0], part[1].module)
+            elif module is not None:
+                lit = self._on_card(module)
             if click:
-                self._held, self._part, self._told_at = module, part, 0.0
+                self._held, self._part, self._told_at = lit, part, 0.0
             else:
-                self._hovered = module
+                self._hovered = lit
             self._draw()
+
+    def _on_card(self, module: int) -> tuple[int | None, int] | None:
+        """Return robot and module that a module of the network or the servos stands for.
+
+        The robot of the card need not be in the scene; then it is lit up on the card alone.
+        """
+        robot = next((k for k, r in enumerate(self._robots) if r.on_card), None)
+        if not self._robots or (robot is not None and module >= self._robots[robot].body.n_modules):
+            return None
+        return robot, module
 
     def _forget(self) -> None:
         self._hovered = self._held = self._part = None
 
     def _draw(self) -> None:
-        lit = self._hovered if self._hovered is not None else self._held
+        robot, module = self._hovered or self._held or (None, None)
         style = ""
-        if lit is not None:
+        if module is not None and (robot is None or self._robots[robot].on_card):
             color = theme.css(theme.LIT)
             style = (
-                f'<style class="ta-lit">[data-m="{lit}"]>.ta-back{{fill:{color};fill-opacity:.35}}</style>'
+                f'<style class="ta-lit">[data-m="{module}"]>.ta-back{{fill:{color};fill-opacity:.35}}</style>'
             )
         put_html(self._style, style)
-        drawing = self._scene.drawing
-        moment = self._moment
         with self._client.atomic():
-            self._light(None if drawing is None or moment is None else lit, drawing)
-            self._mark(None if moment is None else self._part, drawing)
+            self._light(None if robot is None else self._robots[robot], module)
+            self._mark(self._part)
 
-    def _light(self, module: int | None, drawing: Drawing | None) -> None:
+    def _light(self, robot: SeenRobot | None, module: int | None) -> None:
         """Light up the rods of a module."""
-        if module is None or drawing is None:
+        if robot is None or module is None:
             if self._rods is not None:
                 self._rods.visible = False
             return
         own = slice(module * len(t.RODS), (module + 1) * len(t.RODS))
+        places = robot.places(robot.drawing.rod_positions[own])
+        turns = robot.turns(robot.drawing.rod_turns[own])
         if self._rods is None:
             tube = unit_tube()
             self._rods = self._client.scene.add_batched_meshes_simple(
                 "/pointed/lit",
                 tube.vertices,
                 tube.faces,
-                batched_wxyzs=drawing.rod_turns[own],
-                batched_positions=drawing.rod_positions[own],
+                batched_wxyzs=turns,
+                batched_positions=places,
                 batched_scales=np.tile([LIT_RADIUS, LIT_RADIUS, t.ROD_LENGTH], (len(t.RODS), 1)),
                 batched_colors=theme.linear(np.tile(np.array(theme.LIT, np.uint8), (len(t.RODS), 1))),
                 lod="off",
                 cast_shadow=False,
                 receive_shadow=False,
             )
-        put_arrays(
-            self._rods,
-            batched_positions=np.ascontiguousarray(drawing.rod_positions[own]),
-            batched_wxyzs=np.ascontiguousarray(drawing.rod_turns[own]),
-        )
+        put_arrays(self._rods, batched_positions=places, batched_wxyzs=turns)
         if not self._rods.visible:
             self._rods.visible = True
 
-    def _mark(self, part: RobotPart | None, drawing: Drawing | None) -> None:
+    def _mark(self, picked: tuple[int, RobotPart] | None) -> None:
         """Draw a line along a rod or cable, and its name and force above it."""
-        if part is None or drawing is None or self._moment is None:
+        if picked is None:
             if self._line is not None:
                 self._line.visible = False
             if self._label is not None:
                 self._label.remove()
                 self._label = None
             return
-        ends = np.ascontiguousarray(part.ends(drawing)[None], dtype=np.float32)
+        robot, part = self._robots[picked[0]], picked[1]
+        ends = robot.places(part.ends(robot.drawing))[None]
         if self._line is None:
             self._line = self._client.scene.add_line_segments(
                 "/pointed/part", ends, theme.PICKED, thickness=PART_THICKNESS
@@ -170,14 +185,17 @@ class Pointing:
             self._line.visible = True
         x, y, z = (float(v) for v in ends[0].mean(axis=0))
         now = time.monotonic()
-        if self._label is None or now - self._told_at >= LABEL_INTERVAL or not self._moment.playing:
+        if self._label is None or now - self._told_at >= LABEL_INTERVAL or not self._playing:
             self._told_at = now
-            frame = self._moment.replay.frames[self._moment.index]
-            text = f"{part.name}: {part.force(frame, self._moment.replay.morphology)}"
+            text = f"{part.name}: {part.force(robot.frame, robot.body)}"
+            across = self._camera.across(ends[0].mean(axis=0))
+            anchor = _INWARDS[(across > -ASIDE) + (across > ASIDE)]
             if self._label is None:
                 self._label = self._client.scene.add_label(
-                    "/pointed/label", text, position=(x, y, z + LABEL_LIFT), anchor="bottom-center"
+                    "/pointed/label", text, position=(x, y, z + LABEL_LIFT), anchor=anchor
                 )
-            elif self._label.text != text:
+            if self._label.text != text:
                 self._label.text = text
+            if self._label.anchor != anchor:
+                self._label.anchor = anchor
         self._label.position = (x, y, z + LABEL_LIFT)

@@ -17,7 +17,7 @@ from engine.body.module import ROD_LENGTH
 from engine.replay.recording import Playable
 from engine.tasks.walls import Wall
 from viz import theme
-from viz.robot.geometry import ROD_DRAWN_RADIUS, Drawing, DrawnReplay, RobotGeometry
+from viz.robot.geometry import CABLE_DRAWN_RADIUS, ROD_DRAWN_RADIUS, Drawing, DrawnReplay, RobotGeometry
 
 WALL_OPACITY = 0.22
 BOX_EDGES = np.array(
@@ -29,7 +29,6 @@ BOX_EDGES = np.array(
     ]
 )
 """(12, 2, 3) ends of the edges of a box that reaches from -1 to 1."""
-CABLE_THICKNESS = 0.0015
 SHADOW = ((0, 0, 0, 160), (0, 0, 0, 125), (0, 0, 0, 42), (0, 0, 0, 0))
 """From the middle of a module's soft shadow to its edge."""
 SHADOW_RADIUS = 0.085
@@ -92,7 +91,7 @@ class RobotDrawing:
             f"{prefix}/robot/cables",
             drawing.cables,
             theme.linear(drawing.cable_colors),
-            thickness=CABLE_THICKNESS,
+            thickness=2 * CABLE_DRAWN_RADIUS,
         )
         self._shadows = Discs(scene, f"{prefix}/robot/shadows", disc_glb(SHADOW), SHADOW_RADIUS)
         self._handles: list[viser.SceneNodeHandle] = [self._rods, self._nodes, self._cables]

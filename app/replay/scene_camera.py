@@ -106,6 +106,16 @@ class SceneCamera:
         way = ahead / np.linalg.norm(ahead) + (2 * x - 1) * across * right + (1 - 2 * y) * edge * up
         return Ray(eye, way / np.linalg.norm(way), 2 * edge / max(camera.image_height, 1))
 
+    def across(self, point: np.ndarray) -> float:
+        """Return where a (3,) point is seen: from -1 at the scene's left edge to 1 at its right one."""
+        camera, edge = self._client.camera, math.tan(FIELD_OF_VIEW / 2)
+        with self._mutex:
+            eye, ahead = self._eye, self._focus - self._eye
+        way = point - eye
+        depth = max(float(way @ ahead / np.linalg.norm(ahead)), 1e-6)
+        half = edge * camera.image_width / max(camera.image_height, 1)
+        return float(way @ self.facing[0] / depth / half)
+
     def show(self, framing: Framing) -> None:
         """Show points above the panel that covers the lower edge, whatever size the scene gets meanwhile."""
         with self._mutex:

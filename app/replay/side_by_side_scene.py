@@ -18,6 +18,7 @@ from app.replay.side_by_side import LaneStart, SideBySideReplay
 from engine.replay.replay import Replay
 from engine.tasks.walls import Wall
 from viz import theme
+from viz.robot.geometry import Drawing
 
 GAP = 0.12
 """Metres between two lanes."""
@@ -57,6 +58,23 @@ class Lane:
         """(3,) of its own world's origin in the scene."""
         head = self.turn.apply([*self.start.head, 0.0])
         return np.array([0.0, self.offset, 0.0]) - head
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class DrawnLane:
+    """A lane as it was drawn at a moment.
+
+    Attributes:
+        number: of the lane in its replay, from 0; one whose robot did not survive settling is not drawn.
+        lane: where it lies.
+        index: of the recorded frame that is nearest.
+        drawing: the robot, in its own world.
+    """
+
+    number: int
+    lane: Lane
+    index: int
+    drawing: Drawing
 
 
 def lay_out(replays: Sequence[Replay], starts: Sequence[LaneStart]) -> list[Lane]:
@@ -102,9 +120,12 @@ class SideBySideScene:
         self._mutex = threading.Lock()
         self._replay: SideBySideReplay | None = None
         self._lanes: list[Lane] = []
+        self._numbers: list[int] = []
         self._drawings: list[RobotDrawing] = []
         self._handles: list[viser.SceneNodeHandle] = []
         self._framing: Framing | None = None
+        self.drawn: list[DrawnLane] = []
+        """What was drawn last."""
 
     def look(self) -> bool:
         """Look at all lanes again, if there are any; return whether there are."""
@@ -120,13 +141,16 @@ class SideBySideScene:
             if replay is not self._replay:
                 self._begin(replay)
             facing = self._camera.facing
-            indices = [replay.frame_index(k, moment) for k in range(len(self._drawings))]
+            indices = [replay.frame_index(k, moment) for k in self._numbers]
             drawings = [d.compute(moment, overlays) for d in self._drawings]
             with self._client.atomic():
                 for robot, lane, i, drawing in zip(
                     self._drawings, self._lanes, indices, drawings, strict=True
                 ):
                     robot.show(i, drawing, overlays, lane.turn.inv().apply(facing))
+            self.drawn = [
+                DrawnLane(*drawn) for drawn in zip(self._numbers, self._lanes, indices, drawings, strict=True)
+            ]
 
     def clear(self) -> None:
         """Remove all lanes."""
@@ -139,11 +163,13 @@ class SideBySideScene:
         for handle in reversed(self._handles):
             handle.remove()
         self._drawings, self._handles, self._lanes, self._replay = [], [], [], None
+        self._numbers, self.drawn = [], []
 
     def _begin(self, replay: SideBySideReplay) -> None:
         self._clear()
         settled = [(k, s) for k in range(len(replay.lanes)) if (s := replay.start(k)) is not None]
-        replays = [replay.lanes[k] for k, _ in settled]
+        self._numbers = [k for k, _ in settled]
+        replays = [replay.lanes[k] for k in self._numbers]
         self._lanes = lay_out(replays, [s for _, s in settled])
         scene = self._client.scene
         for (k, _), lane, robot in zip(settled, self._lanes, replays, strict=True):

@@ -17,9 +17,11 @@ from app.gui.widgets import ignoring_event, put_html
 from app.replay.side_by_side import MAX_LANES, SideBySideReplay
 from app.runs.library import Library
 from app.runs.run_names import find_run, run_name
+from engine.analysis.robustness import Robustness, load_robust_of
 from engine.errors import InvalidData, TensAtlasError
 from engine.replay.replay import Replay
 from engine.replay.trial import TrialChoice
+from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from viz.robot import robot_differences as differences
 from viz.robot.robot_differences import Entry
@@ -93,9 +95,8 @@ class PinsPanel:
                 with contextlib.suppress(TensAtlasError):  # it is not there any more
                     reader = self._library.reader(path)
                     evaluation, entered = reader.evaluation(number), reader.generation_of(number)
-                    found.append(
-                        Entry(path=path, config=reader.config, evaluation=evaluation, entered=entered)
-                    )
+                    pinned = Entry(path=path, config=reader.config, evaluation=evaluation, entered=entered)
+                    found.append(dataclasses.replace(pinned, robust=_robust_of(reader)))
         if found and not self._pins:
             self._pins, self.side_by_side = found, side_by_side
             self._show()
@@ -146,7 +147,7 @@ class PinsPanel:
         robot = self._chosen
         if robot is None:
             raise InvalidData("Click a filled cell of a map first.")
-        known = self._index(robot)
+        known = self.index(robot)
         if known is not None:
             del self._pins[known]
         elif len(self._pins) == MAX_LANES:
@@ -183,10 +184,18 @@ class PinsPanel:
             self._toggle.label = label
             self._toggle.icon = viser.Icon.ARROW_BACK if self.side_by_side else viser.Icon.COLUMNS
 
-    def _index(self, robot: Entry) -> int | None:
+    def index(self, robot: Entry) -> int | None:
         """Return where a robot is pinned, None if it is not."""
         same = (k for k, e in enumerate(self._pins) if (e.path, e.number) == (robot.path, robot.number))
         return next(same, None)
+
+
+def _robust_of(reader: RunReader) -> Robustness | None:
+    """Return what evaluating a run's elites again has shown, None if that cannot be read."""
+    try:
+        return load_robust_of(reader)
+    except TensAtlasError:  # the maps say what is wrong with it
+        return None
 
 
 def side_by_side_replay(robots: Sequence[Entry], trial: TrialChoice) -> SideBySideReplay:

@@ -10,6 +10,7 @@ import viser
 from app.gui.actions import Actions
 from app.gui.top_bar import TopBar
 from app.pointing.pointing import Pointing
+from app.pointing.seen import SeenRobot
 from app.replay.player import ReplayMoment
 from app.replay.scene import Scene, View
 from app.replay.scene_camera import SceneCamera
@@ -66,7 +67,7 @@ class ReplaySource:
         self._scene, self._live, self._play = scene, panel.live, play
         self._side_by_side = SideBySideScene(client, camera)
         self._label = _VariantLabel(client.scene)
-        self._pointing = Pointing(client, scene, camera)
+        self._pointing = Pointing(client, camera)
         self._robot: Entry | None = None
         self._what_if = WhatIfPanel(
             client, panel.tabs, actions, WhatIfEvents(self._play_variant, may_simulate)
@@ -105,18 +106,33 @@ class ReplaySource:
         if isinstance(replay, SideBySideReplay):
             self._label.remove()
             self._scene.clear()
-            self._pointing.clear()
             self._side_by_side.show(replay, moment.time, self._scene.overlays)
+            self._pointing.show(self._in_lanes(replay), playing=moment.playing)
             self.pins.tell(replay, moment.time)
             return
         self._side_by_side.clear()
         self._scene.show(moment)
-        self._pointing.show(moment)
+        self._pointing.show(SeenRobot.alone(moment, self._scene.drawing), playing=moment.playing)
         if isinstance(replay, WhatIfReplay):
             self._label.show(replay, moment.index)
         else:
             self._label.remove()
             self._live.show(moment)
+
+    def _in_lanes(self, replay: SideBySideReplay) -> list[SeenRobot]:
+        """Return the robots that are seen side by side; the chosen one is that of the card."""
+        chosen = None if self._robot is None else self.pins.index(self._robot)
+        return [
+            SeenRobot(
+                replay.lanes[d.number].morphology,
+                d.drawing,
+                replay.lanes[d.number].frames[d.index],
+                d.lane.turn,
+                d.lane.position,
+                d.number == chosen,
+            )
+            for d in self._side_by_side.drawn
+        ]
 
     def look(self, view: View) -> None:
         """Look at what is played another way; robots side by side are all shown."""

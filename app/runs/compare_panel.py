@@ -189,7 +189,7 @@ class RunChoice:
 
 def equal_cost(runs: Sequence[RunFacts]) -> int | None:
     """Return the number of evaluations that every run with any has reached, None if no run has any."""
-    return min((f.n_evaluations for f in runs if f.n_evaluations), default=None)
+    return min((f.n_closed for f in runs if f.n_closed), default=None)
 
 
 def title(comparison: Comparison) -> str:

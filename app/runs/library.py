@@ -175,23 +175,26 @@ class Library:
         """Return a run's line in a list of runs, as of its last generation, which costs little to read."""
         try:
             reader = self.reader(path)
-            last, live = self._limit.call(
-                path.parent, ("facts", path), lambda: (reader.last_closed(), reader.is_live)
+            last, n, live = self._limit.call(
+                path.parent,
+                ("facts", path),
+                lambda: (reader.last_closed(), reader.n_evaluations(), reader.is_live),
             )
         except TensAtlasError as e:
             return RunFacts(problem=str(e))
         except TimeoutError:
             return RunFacts(problem=f"{path} does not answer")
         best = [f.best for f in last.archives.values() if f.best is not None] if last else []
-        n, budget = last.n_evaluations if last else 0, reader.config.evaluations
+        n_closed = last.n_evaluations if last else 0
         return RunFacts(
             task=reader.config.task,
             algorithm=reader.config.algorithm,
             n_evaluations=n,
+            n_closed=n_closed,
             best=max(best, default=None),
             date=reader.created_at[:10],
             note=note_of(path),
-            state=run_state(path, live=live, complete=n >= budget),
+            state=run_state(path, live=live, complete=n_closed >= reader.config.evaluations),
         )
 
     def for_visitors(self, text: str) -> str:

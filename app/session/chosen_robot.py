@@ -346,7 +346,11 @@ class ChosenRobot:
         self._board.choose(chosen.archive, chosen.number)
         self._source.choose(
             Entry(
-                path=reader.path, config=reader.config, evaluation=chosen.evaluation, entered=chosen.entered
+                path=reader.path,
+                config=reader.config,
+                evaluation=chosen.evaluation,
+                entered=chosen.entered,
+                robust=self._robust_of(reader),
             )
         )
         self.choose_trial(trial)

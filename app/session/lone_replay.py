@@ -6,6 +6,8 @@ import viser
 
 from app.gui.lanes import Lane
 from app.gui.widgets import panel_widths
+from app.pointing.pointing import Pointing
+from app.pointing.seen import SeenRobot
 from app.replay.player import Player, ReplayMoment
 from app.replay.scene import Scene, view_named
 from app.replay.scene_camera import SceneCamera
@@ -53,6 +55,7 @@ class LoneReplaySession:
                 self._scene.look(view)
 
         overlay.on_do(look)
+        self._pointing = Pointing(client, camera)
         self._player = Player(lane=simulating)
         self._player.show_with(self._show)
         transport = TransportPanel(
@@ -73,3 +76,4 @@ class LoneReplaySession:
     def _show(self, moment: ReplayMoment) -> None:
         """Show a moment, on the player's thread."""
         self._scene.show(moment)
+        self._pointing.show(SeenRobot.alone(moment, self._scene.drawing), playing=moment.playing)

@@ -199,8 +199,8 @@ class Session:
 
     def greet(self) -> None:
         """Show the best robot of the run, if none is shown."""
-        if self._run.path is not None and self._run.last is not None:
-            self._robot.greet(self._run.last.n_evaluations)
+        if self._run.reader is not None and self._run.last is not None:
+            self._robot.greet(self._run.reader.n_evaluations())
 
     def show_generation(self, number: int) -> None:
         """Show the maps as they were at the end of a generation."""

@@ -68,4 +68,12 @@ def test_a_phone_begins_with_the_maps(address: str, chromium: Browser) -> None:
         })"""
     )
     assert below[0] > above[1]
+    # the line of the greeting lies above the sheet, not behind it
+    line = page.locator(".ta-line")
+    expect(line).to_contain_text("Click any square.")
+    box = line.bounding_box()
+    assert box is not None
+    page.wait_for_function(
+        "([x, y]) => document.elementFromPoint(x, y)?.matches('canvas')", arg=[195, box["y"] + box["height"]]
+    )
     context.close()

@@ -17,6 +17,7 @@ from app.replay.stage import FIELD_OF_VIEW
 from app.server.server import serve
 from app.session.greeting import best_target
 from app.session.software_rendering import CHIP
+from engine.body import module as t
 from engine.storage.reader import RunReader
 from engine.tasks import get_task
 from tests.browser.conftest import PATIENCE
@@ -166,3 +167,22 @@ def test_the_best_robot_greets_and_can_be_looked_at_from_all_sides(
         expect(page).to_have_url(re.compile("robot="))
         expect(page.locator(".ta-replay")).to_contain_text("exactly as evaluated")
         wait_until(page, all_in_view)
+
+        # a warm key light and a cool rim; the way that is left is written on its line
+        (red, _, blue), (red_of_rim, _, blue_of_rim) = (nodes[f"/stage/{n}"].color for n in ("key", "rim"))
+        assert red > blue
+        assert red_of_rim < blue_of_rim
+        expect(page.get_by_role("button", name="Pause")).to_have_count(0)  # it has ended
+        expect(page.locator(".ta-replay")).to_contain_text("2.0 s")
+        left = re.search(r"head ([\d.]+) cm", page.locator(".ta-replay").inner_text())
+        assert left is not None
+        assert float(nodes["/target/distance"].text.split()[0]) == pytest.approx(float(left[1]), abs=0.6)
+        # every module has a soft shadow on the floor, also without a graphics card
+        shadows = nodes["/robot/shadows"]
+        robot = np.array(nodes["/robot/rods"].batched_positions).reshape(-1, len(t.RODS), 3)
+        assert np.array(shadows.batched_positions)[:, :2] == pytest.approx(
+            robot.mean(axis=1)[:, :2], abs=0.01
+        )
+        with_shadows = picture(page).mean(axis=-1)
+        shadows.visible = False
+        wait_until(page, lambda: bool((picture(page).mean(axis=-1) > with_shadows + 4).mean() > 0.003))

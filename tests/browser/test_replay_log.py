@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
 from app.server.drive_log import log_sessions
 from app.server.server import serve_sessions
+from engine.body import module as t
 from engine.storage.reader import RunReader
+from tests.browser.test_pointing import point
 from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
@@ -51,4 +55,17 @@ def test_a_log_is_played_beside_its_simulation(
         field.fill("0.5")
         field.press("Enter")
         expect(line).to_contain_text("0.5 s")
+        # what is clicked on the simulated robot says its name and its force
+        (client,) = server.get_clients().values()
+        nodes = client.scene._handle_from_node_name
+        page.get_by_role("button", name="Top", exact=True).click()
+        page.wait_for_timeout(1500)
+
+        def highest() -> np.ndarray:
+            cables = np.array(nodes["/robot/cables"].points).mean(axis=1)[: t.N_CABLES]
+            return cables[cables[:, 2].argmax()]
+
+        point(page, client.camera, highest, page.mouse.click, lambda: "/pointed/label" in nodes)
+        assert re.fullmatch(r".+ of module 1: (.*\d\.\d\d N|slack)", nodes["/pointed/label"].text)
+        assert nodes["/pointed/lit"].visible
         page.close()

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from engine.analysis.profile import still_limit
+from engine.body.feet import FEET_TEXT
 from engine.body.module import stiffness_n_per_m
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, task_of
@@ -60,6 +61,7 @@ def pack_elite(
     cells: Mapping[str, str],
     generation: int,
     line: Sequence[Ancestor],
+    again: np.ndarray | None = None,
 ) -> PackedElite:
     """Return an elite as a page holds it.
 
@@ -70,6 +72,7 @@ def pack_elite(
         cells: by the title of a map its cell there.
         generation: it was evaluated in.
         line: the elite and its ancestors.
+        again: fitnesses in m under noise that it was not selected with; None or empty if it has none.
     """
     task, solution = task_of(config), evaluation.solution
     body, head = solution.morphology, Head.of(solution.morphology, evaluation.head_is_end)
@@ -90,13 +93,16 @@ def pack_elite(
         )
     assert evaluation.fitness is not None  # one that failed holds no cell
     f_s = 100 * (task.target_distance - evaluation.fitness)
+    expected, spread, what = _expected(f_s, None if again is None else 100 * (task.target_distance - again))
     diagram = NetworkDiagram(
         solution.controller, body.n_modules, task.inputs, head_is_end=evaluation.head_is_end
     )
     data = {
         "cells": dict(cells),
         "f_s": round(f_s, 2),
-        "words": words.gained(f_s, 100 * still_limit(task)),
+        "words": words.gained(expected, 100 * still_limit(task)),
+        "spread": spread,
+        "what": what,
         "facts": _facts(evaluation, generation),
         "targets": [
             {
@@ -123,6 +129,14 @@ def pack_elite(
     )
 
 
+def _expected(f_s: float, again: np.ndarray | None) -> tuple[float, float | None, str]:
+    """Return the f_s in cm to expect of an elite, its standard deviation if that is known, and what it is."""
+    if again is None or not len(again):
+        return f_s, None, "over its targets, the worst counting extra:"
+    spread = round(float(again.std(ddof=1)), 2) if len(again) > 1 else None
+    return float(again.mean()), spread, words.AGAIN.format(len(again))
+
+
 def _facts(evaluation: Evaluation, generation: int) -> list[tuple[str, str]]:
     solution = evaluation.solution
     body = solution.morphology
@@ -130,6 +144,7 @@ def _facts(evaluation: Evaluation, generation: int) -> list[tuple[str, str]]:
         ("modules", str(body.n_modules)),
         ("stiffness", _stiffness(body)),
         ("faces", " ".join(map(str, body.faces))),
+        *([("feet", FEET_TEXT[body.feet])] if body.feet != "none" else ()),
         ("head", "last module" if evaluation.head_is_end else "first module"),
         ("born in", f"generation {generation}"),
     ]

@@ -47,7 +47,9 @@
     byId("name").textContent = `Robot ${chosen}`;
     byId("where").textContent = Object.entries(robot.cells).map(([map, cell]) => `${map} ${cell}`).join(" · ");
     const gain = byId("gain");
-    gain.replaceChildren(make("b", robot.words), "over its targets, the worst counting extra: f");
+    const most = make("b", robot.words);
+    if (robot.spread !== null) most.append(make("small", ` ± ${plain(robot.spread)}`));
+    gain.replaceChildren(most, `${robot.what} f`);
     gain.append(make("sub", "s"), `\u00a0${plain(robot.f_s, 2)}\u00a0cm`);
     byId("facts").replaceChildren(...robot.facts.flatMap(([what, value]) => [make("dt", what), make("dd", value)]));
     byId("network").innerHTML = robot.network; // drawn by TensAtlas, not by the run; no script of it would run
@@ -138,6 +140,14 @@
       map.append(square);
     }
   };
+  // the same maps in other colours lie in templates
+  byId("coloring")?.addEventListener("change", (e) => {
+    for (const map of document.querySelectorAll("section.map")) {
+      const wanted = [...map.querySelectorAll("template")].find((t) => t.dataset.coloring === e.target.value);
+      map.querySelector(".drawn").replaceChildren(wanted.content.cloneNode(true));
+    }
+    ring();
+  });
   document.addEventListener("pointerdown", (e) => {
     const number = cellOf(e.target);
     if (number !== undefined && number !== chosen) choose(number);

@@ -5,34 +5,44 @@ from __future__ import annotations
 import html
 import importlib.resources
 import urllib.parse
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Final
 
 from engine.analysis.comparison.groups import ALGORITHM_NAMES
 from engine.config import task_of
-from engine.errors import ExportError, InvalidData, printable
+from engine.errors import InvalidData, printable
 from engine.replay.every_target import replay_every_target
-from engine.search.archive import Cell, cell_name
+from engine.search.archive import cell_name
 from engine.storage.reader import RunReader
 from engine.tasks import remaining_distance
 from viz import words
 from viz.atlas.elites import pack_elite, updates_per_frame
+from viz.atlas.shown import Shown, what_to_show
 from viz.maps import axis_labels
-from viz.maps.coloring import FITNESS
-from viz.maps.contents import load_contents
 from viz.maps.interaction import SCRIPT
-from viz.maps.layouts import layouts
-from viz.maps.map_pictures import MapPicture, pictures
+from viz.maps.map_pictures import MapPicture
 from viz.recording.standalone_replay import json_text, own_file, page
 
 MAX_LINK: Final = 500
+AGAIN: Final = (
+    "The elites were evaluated again, under noise that they were not selected with. The mean of that, ± its"
+    " standard deviation, stands first on a robot's card and colours the maps as “robust fitness”: a robot"
+    " can be expected to do it again. The recorded figures favour the lucky."
+)
 SAME: Final = 1e-4
 """Scores this much apart, in m, are the same to a reader."""
 ABOUT: Final = {
-    "morphology": "Each square holds the best robot of its body: how many modules, and how stiff.",
+    "morphology": "Each square holds the best robot of its body: how many modules, and {}.",
     "controller": "Each square holds the best robot of its way to move: the first two principal components of"
     " its head's paths.",
 }
+BODIES: Final = {
+    "stiffness": "how stiff",
+    "softest": "how stiff the softest one",
+    "stiffest": "how stiff the stiffest one",
+    "feet": "which feet",
+}
+"""What the second axis of a map of bodies says."""
 
 
 def checked_link(link: str) -> str:
@@ -55,30 +65,6 @@ def checked_link(link: str) -> str:
     return link
 
 
-def shown_maps(reader: RunReader) -> list[MapPicture]:
-    """Return the maps of a run after its last generation, those of more than two axes projected.
-
-    Raises:
-        RunFileError: it has no finished generation, or is damaged.
-        ExportError: it has no elite, or no map of its archives can be drawn.
-    """
-    contents = load_contents(reader, reader.finished_generation())
-    if not any(content.elites for content in contents.values()):
-        raise ExportError(f"{reader.path} has no elites to show")
-    views = next(iter(layouts({name: c.axes for name, c in contents.items()}).values()), ())
-    found = [p for p in pictures(contents, views, FITNESS) if p.elites]
-    if not found:
-        axes = max(len(c.axes) for c in contents.values())
-        raise ExportError(f"{reader.path} has archives of {axes} axes, which no map of a page can show")
-    return found
-
-
-def seconds_of(reader: RunReader, maps: list[MapPicture]) -> float:
-    """Return how many seconds of robots' time the page of a run simulates."""
-    n = len({e.number for picture in maps for e in picture.elites.values()})
-    return n * task_of(reader.config).n_targets * reader.config.trials.trial_time
-
-
 def atlas_page(
     reader: RunReader,
     *,
@@ -99,22 +85,20 @@ def atlas_page(
         ExportError: there is nothing to show.
         InvalidData: the link is none, or today's robots do not survive the run's physics.
     """
-    link, maps, config = checked_link(link), shown_maps(reader), reader.config
-    task = task_of(config)
-    shown = {e.number: e for picture in maps for e in picture.elites.values()}
-    cells = _cells(maps)
-    whole, done = seconds_of(reader, maps), 0.0
+    link, config, shown = checked_link(link), reader.config, what_to_show(reader)
+    task, robots = task_of(config), shown.robots
+    done = 0.0
 
     def simulated(seconds: float) -> None:
         nonlocal done
         done += seconds
-        progress(min(int(len(shown) * done / whole + 1e-6), len(shown)), len(shown))
+        progress(min(int(len(robots) * done / shown.seconds + 1e-6), len(robots)), len(robots))
 
     elements: dict[int, str] = {}
     off = differs = 0.0
     for evaluation, trials in replay_every_target(
         config,
-        list(reader.evaluations(set(shown)).values()),
+        list(reader.evaluations(set(robots)).values()),
         updates_per_frame=updates_per_frame(config.physics.control_period),
         n_threads=n_threads,
         progress=simulated,
@@ -124,39 +108,41 @@ def atlas_page(
             config,
             evaluation,
             trials,
-            cells={title: cell_name(cell) for title, cell in cells[number].items()},
-            generation=shown[number].generation,
+            cells=shown.cells[number],
+            generation=robots[number].generation,
+            again=None if shown.robust is None else shown.robust.fresh(number),
             line=reader.lineage(number),
         )
         off, differs = max(off, elite.off), max(differs, elite.differs)
         elements[number] = f'<script type="text/plain" id="r{number}">{elite.text}</script>'
     name = printable(reader.path.stem)
-    best = max(shown.values(), key=lambda e: (e.f_s, -e.number))
-    last = reader.finished_generation()
     data = {
         "run": name,
-        "best": best.number,
-        "robots": {n: round(e.f_s, 2) for n, e in shown.items()},
-        "maps": {p.view.name: {cell_name(c): e.number for c, e in p.elites.items()} for p in maps},
+        "best": shown.best.number,
+        "robots": {n: round(e.f_s, 2) for n, e in robots.items()},
+        "maps": {
+            p.view.name: {cell_name(c): e.number for c, e in p.elites.items()}
+            for p in next(iter(shown.maps.values()))
+        },
         "targets": list(task.target_names),
     }
     algorithm = ALGORITHM_NAMES.get(config.algorithm, config.algorithm)
     facts = [
         config.task,
         algorithm,
-        f"{last.n_evaluations:,} robots tried",
-        f"{len(shown)} elites",
+        f"{reader.n_evaluations():,} robots tried",
+        f"{len(robots)} elites",
     ]
     fields = {
         "title": html.escape(name),
         "facts": html.escape(" · ".join(facts)),
         "link": _link(link),
         "view": own_file("replay_view.html"),
-        "maps": "".join(map(_map, maps)),
-        "about": _about(reader, len(shown), off, differs, link),
+        "maps": _colorings(shown.maps) + _maps(shown),
+        "about": _about(reader, shown, off, differs, link),
         "data": json_text(data),
         # a reader sees the best robot before the rest of the file has been read
-        "first": elements.pop(best.number),
+        "first": elements.pop(shown.best.number),
         "robots": "\n".join(elements.values()),
     }
     return page(
@@ -167,23 +153,40 @@ def atlas_page(
     )
 
 
-def _cells(maps: list[MapPicture]) -> dict[int, dict[str, Cell]]:
-    """Return by the number of a robot, and by the title of a map, its cell there."""
-    found: dict[int, dict[str, Cell]] = {}
-    for picture in maps:
-        for cell, elite in picture.elites.items():
-            found.setdefault(elite.number, {})[picture.title.removesuffix(" archive")] = cell
-    return found
-
-
-def _map(picture: MapPicture) -> str:
-    family = axis_labels.family(picture.axes)
-    about = f'<p class="what">{html.escape(ABOUT[family])}</p>' if family else ""
-    return (
-        f'<section class="map"><h2>{html.escape(picture.title)}</h2>'
-        f'<p class="figures">{html.escape(picture.figures)}</p>'
-        f"{picture.render(None, '')}{about}</section>"
+def _maps(shown: Shown) -> str:
+    """Return the maps as HTML: in the first colours, the others at hand."""
+    return "".join(
+        _map({name: maps[k] for name, maps in shown.maps.items()})
+        for k in range(len(next(iter(shown.maps.values()))))
     )
+
+
+def _map(by_coloring: Mapping[str, MapPicture]) -> str:
+    first = next(iter(by_coloring.values()))
+    family = axis_labels.family(first.axes)
+    about = ABOUT[family].format(BODIES.get(first.axes[1].name, first.axes[1].name)) if family else ""
+    explained = f'<p class="what">{html.escape(about)}</p>' if about else ""
+    drawn = "".join(
+        f'<template data-coloring="{html.escape(name)}">{_drawn(picture)}</template>'
+        for name, picture in by_coloring.items()
+    )
+    return (
+        f'<section class="map"><h2>{html.escape(first.title)}</h2>'
+        f'<div class="drawn">{_drawn(first)}</div>'
+        f"{explained}{drawn if len(by_coloring) > 1 else ''}</section>"
+    )
+
+
+def _drawn(picture: MapPicture) -> str:
+    return f'<p class="figures">{html.escape(picture.figures)}</p>{picture.render(None, "")}'
+
+
+def _colorings(names: Collection[str]) -> str:
+    """Return where a reader chooses what maps are coloured by, as HTML; nothing if there is no choice."""
+    if len(names) < 2:
+        return ""
+    options = "".join(f"<option>{html.escape(name)}</option>" for name in names)
+    return f'<label id="colors">Coloured by <select id="coloring">{options}</select></label>'
 
 
 def _link(link: str) -> str:
@@ -195,7 +198,7 @@ def _link(link: str) -> str:
     )
 
 
-def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> str:
+def _about(reader: RunReader, shown: Shown, off: float, differs: float, link: str) -> str:
     """Return what the page holds and how true it is, as HTML."""
     task, update = task_of(reader.config), reader.config.physics.control_period
     period = updates_per_frame(update) * update
@@ -207,9 +210,11 @@ def _about(reader: RunReader, n: int, off: float, differs: float, link: str) -> 
             if task.score is remaining_distance
             else f", and what counts is its {html.escape(task.score_name)}."
         ),
+        *([] if shown.robust is None else [AGAIN]),
         words.PCA,
-        f"The {n} robots on this page evolved in simulation; none of them has been built. Every one was"
-        " simulated again for this page, towards every target, under the first noise that it evolved with"
+        f"The {len(shown.robots)} robots on this page evolved in simulation; none of them has been built."
+        " Every one was simulated again for this page, towards every target, under the first noise that it"
+        " evolved with"
         + (
             ", and ends where it was recorded to end."
             if differs <= SAME

@@ -135,6 +135,8 @@ def robust_fitness(reader: RunReader, *, as_built: bool = False) -> dict[int, fl
 
 
 USUAL: Final = "fitness f_s"
+ROBUST: Final = "robust fitness"
+AS_BUILT: Final = "as-built fitness"
 COLORINGS: Final[Mapping[str, Callable[[RunReader, int], Coloring]]] = {
     USUAL: lambda *_: FITNESS,
     "age": lambda _, generation: by_age(generation),
@@ -147,7 +149,7 @@ def colorings(reader: RunReader) -> dict[str, Callable[[RunReader, int], Colorin
     """Return the colourings that a run can offer: after ``reevaluate`` also by robust or as-built fitness."""
     offered = dict(COLORINGS)
     if robust_path(reader.path).exists():
-        offered["robust fitness"] = lambda reader, _: by_robust_fitness(reader)
+        offered[ROBUST] = lambda reader, _: by_robust_fitness(reader)
     if robust_path(reader.path, as_built=True).exists():
-        offered["as-built fitness"] = lambda reader, _: by_fitness_as_built(reader)
+        offered[AS_BUILT] = lambda reader, _: by_fitness_as_built(reader)
     return offered

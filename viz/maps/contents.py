@@ -78,6 +78,26 @@ class Content:
         return next((c for c, e in self.elites.items() if e.number == number), None)
 
 
+def best_elite(
+    contents: Mapping[str, Content], robust: Mapping[int, float]
+) -> tuple[str, Cell, ShownElite] | None:
+    """Return the best robot of some archives: archive, cell and elite; None if all are empty.
+
+    Args:
+        contents: the archives by name; of those that hold the robot the first one counts.
+        robust: f_s in cm under noise that they were not selected with, by the numbers of evaluations. Robots
+            of which it is known come before others, whose recorded f_s counts.
+    """
+    found = [
+        (name, cell, elite) for name, content in contents.items() for cell, elite in content.elites.items()
+    ]
+    return max(
+        found,
+        key=lambda f: (f[2].number in robust, robust.get(f[2].number, f[2].f_s), -f[2].number),
+        default=None,
+    )
+
+
 def load_contents(reader: RunReader, generation: Generation) -> dict[str, Content]:
     """Return what all archives of a run held at the end of a generation, by name.
 

@@ -13,9 +13,10 @@ from viz.maps.contents import Content, ShownElite
 MOST: Final = 400
 """Rows of a list; the search finds the others."""
 THOUSAND: Final = 1000
+_SMALL: Final = '<span style="opacity:.6;display:block;font-size:11px">{}</span>'
 _STYLE: Final = (
     "<style>.ta-elites button{all:unset;box-sizing:border-box;display:grid;width:100%;cursor:pointer;"
-    "grid-template-columns:52px 62px 1fr;gap:0 8px;padding:3px 6px;border-radius:5px;"
+    "grid-template-columns:52px 84px 1fr;gap:0 8px;padding:3px 6px;border-radius:5px;"
     "font-variant-numeric:tabular-nums}.ta-elites button:hover{background:rgba(128,128,128,.18)}"
     ".ta-elites button:focus-visible{outline:2px solid #36b3a0}"
     "</style>"
@@ -24,10 +25,17 @@ _STYLE: Final = (
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class ListedElite:
-    """An elite, and the archives and cells that it holds."""
+    """An elite.
+
+    Attributes:
+        elite: as maps know it.
+        places: the archives and cells that it holds.
+        robust: f_s in cm under noise that it was not selected with, None if that is not known.
+    """
 
     elite: ShownElite
     places: tuple[tuple[str, Cell], ...]
+    robust: float | None = None
 
     @property
     def words(self) -> str:
@@ -40,14 +48,22 @@ class ListedElite:
         ).lower()
 
 
-def listed(contents: Mapping[str, Content]) -> list[ListedElite]:
-    """Return all elites of some archives, by name, once each, the best first."""
+def listed(contents: Mapping[str, Content], robust: Mapping[int, float] = {}) -> list[ListedElite]:
+    """Return all elites of some archives once each, the best first.
+
+    Args:
+        contents: the archives by name.
+        robust: as of ``best_elite``.
+    """
     found: dict[int, ListedElite] = {}
     for archive, content in contents.items():
         for cell, elite in content.elites.items():
-            known = found.get(elite.number, ListedElite(elite, ()))
-            found[elite.number] = ListedElite(elite, (*known.places, (archive, cell)))
-    return sorted(found.values(), key=lambda e: (-e.elite.f_s, e.elite.number))
+            known = found.get(elite.number, ListedElite(elite, (), robust.get(elite.number)))
+            found[elite.number] = dataclasses.replace(known, places=(*known.places, (archive, cell)))
+    return sorted(
+        found.values(),
+        key=lambda e: (e.robust is None, -(e.elite.f_s if e.robust is None else e.robust), e.elite.number),
+    )
 
 
 def searched(elites: Sequence[ListedElite], search: str, least: float | None) -> list[ListedElite]:
@@ -79,6 +95,14 @@ def mark(chosen: int | None) -> str:
     return f'<style>.ta-elites [data-c="{click_name(chosen)}"]{{background:rgba(255,93,143,.16)}}</style>'
 
 
+def _figures(elite: ListedElite) -> str:
+    """Return what to expect of an elite, and what was recorded."""
+    recorded = f"{elite.elite.f_s:.2f}"
+    if elite.robust is None:
+        return f"{recorded} cm"
+    return f"{elite.robust:.2f} cm{_SMALL.format(f'recorded {recorded}')}"
+
+
 def render(elites: Sequence[ListedElite], total: int, on_click: str) -> str:
     """Return the list.
 
@@ -93,10 +117,9 @@ def render(elites: Sequence[ListedElite], total: int, on_click: str) -> str:
         where = " · ".join(f"{archive} {cell_name(cell)}" for archive, cell in e.places)
         rows.append(
             f'<button type="button" data-c="{click_name(elite.number)}" onclick="{on_click}">'
-            f'<b>{elite.number}</b><span style="text-align:right">{elite.f_s:.2f} cm</span>'
+            f'<b>{elite.number}</b><span style="text-align:right">{_figures(e)}</span>'
             f"<span>{body.n_modules} modules, {html.escape(body.stiffness_text)}"
-            '<span style="opacity:.6;display:block;font-size:11px">'
-            f"{html.escape(where)}</span></span></button>"
+            f"{_SMALL.format(html.escape(where))}</span></button>"
         )
     more = f", the first {MOST} are listed" if len(elites) > MOST else ""
     return (

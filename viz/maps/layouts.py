@@ -50,7 +50,10 @@ class MapView:
         archive = f"{self.archive[:1].upper()}{self.archive[1:]} archive"
         if self.kind == "projection":
             family = axis_labels.family([axes[a] for a in self.axes])
-            return f"{family.capitalize()} map, projected" if family else f"{archive}, projected"
+            name = f"{family.capitalize()} map" if family else archive
+            x, y = self.axes
+            # one that skips an axis is not the first of its family
+            return f"{name}, projected" if y == x + 1 else f"{name} by {axis_labels.title(axes[y])}"
         return archive
 
     def cells(self, content: Content, outer: Cell | None) -> dict[Cell, Cell]:
@@ -74,8 +77,10 @@ def layouts(archives: Mapping[str, tuple[Axis, ...]]) -> dict[str, Layout]:
     Args:
         archives: their axes by name.
     """
-    n_axes = {len(axes) for axes in archives.values()}
-    offered = [PROJECTED, BY_BODY, NESTED] if 4 in n_axes else [PROJECTED, NESTED] if 3 in n_axes else [ONLY]
+    most = max(map(len, archives.values()), default=0)
+    offered = {4: [PROJECTED, BY_BODY, NESTED], 3: [PROJECTED, NESTED]}.get(most, [ONLY])
+    if most > 4:  # maps within a map have four
+        offered = [PROJECTED, BY_BODY]
     slugs: dict[str, str] = {}
     for archive in archives:
         slug = re.sub(r"[^a-z0-9]+", "-", archive.lower())[:20].strip("-") or "archive"
@@ -91,9 +96,11 @@ def _views(archive: str, slug: str, axes: tuple[Axis, ...], layout: str) -> list
     n_axes = len(axes)
     if n_axes == 2:
         return [MapView(slug, archive, "whole", (0, 1))]
-    if n_axes not in (3, 4):
+    if n_axes < 2:
         return []
-    pairs = ((0, 1), (0, 2)) if n_axes == 3 else ((0, 1), (2, 3))
+    # the first axis, modules, by every other one of the body; in a grid the last two are the controller's
+    last = n_axes if n_axes == 3 else n_axes - 2
+    pairs = [(0, k) for k in range(1, last)] + ([(last, last + 1)] if n_axes > 3 else [])
     projections = [MapView(f"{slug}-{a}{b}", archive, "projection", (a, b)) for a, b in pairs]
     order = tuple(range(n_axes))
     if axes[-1].name == "feet":  # a map of the body for each kind of feet
@@ -103,5 +110,5 @@ def _views(archive: str, slug: str, axes: tuple[Axis, ...], layout: str) -> list
         return projections
     if n_axes == 3:
         return [nested]
-    inner = MapView(f"{slug}-section", archive, "section", (2, 3))
+    inner = MapView(f"{slug}-section", archive, "section", (last, last + 1))
     return [nested if layout == NESTED else projections[0], inner]

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from engine.search.archive import Cell
 from engine.search.axes import Axis
+from viz import words
 from viz.maps import heatmap, nested
 from viz.maps.coloring import Coloring
 from viz.maps.contents import Content, ShownElite
@@ -107,6 +108,7 @@ def pictures(
     palette: Palette = Palette(),  # noqa: B008  it cannot be changed
     fitted_to: tuple[Mapping[str, Content], Coloring] | None = None,
     least: float | None = None,
+    robust: Mapping[int, float] = {},
 ) -> list[MapPicture]:
     """Return the pictures of some views, the scale of each fitted to its archive.
 
@@ -121,6 +123,8 @@ def pictures(
         fitted_to: the archives, and their colouring, that an automatic scale fits; None for the shown
             ones. With a run's last generation the colours of all others mean the same.
         least: f_s in cm; robots of less are drawn pale. None for none.
+        robust: f_s in cm under noise that they were not selected with, by the numbers of evaluations; hover
+            cards say it of those that it is known of.
     """
     shown = [_Shown.of(view, contents[view.archive], chosen) for view in views]
     values = [coloring.values(s.axes, s.elites) for s in shown]
@@ -145,7 +149,7 @@ def pictures(
             else _figures(s.view, s.content, s.axes, s.elites),
             tiles={
                 c: Tile(
-                    _hint(e, coloring, known.get(c)),
+                    _hint(e, coloring, known.get(c), robust.get(e.number)),
                     e.number,
                     e.body,
                     e.lies_still,
@@ -180,10 +184,13 @@ def _values(
     return [v for s in shown for v in coloring.values(s.axes, s.elites).values()]
 
 
-def _hint(elite: ShownElite, coloring: Coloring, value: float | None) -> str:
-    if coloring.hint is None or value is None:
-        return elite.hint
-    return f"{elite.hint}\n{coloring.hint(value)}"
+def _hint(elite: ShownElite, coloring: Coloring, value: float | None, robust: float | None) -> str:
+    lines = elite.hint.split("\n")
+    if robust is not None:
+        lines.insert(1, f"{words.gained(robust, elite.still_below)} under fresh noise")
+    if coloring.hint is not None and value is not None:
+        lines.append(coloring.hint(value))
+    return "\n".join(lines)
 
 
 def _figures(

@@ -17,6 +17,7 @@ from viz import theme
 from viz.robot.skeleton import N_POINTS, posed
 
 ROD_DRAWN_RADIUS: Final = 0.0021
+CABLE_DRAWN_RADIUS: Final = 0.00075
 NODE_DRAWN_RADIUS: Final = 0.0030
 ACTUATOR_DRAWN_RADIUS: Final = 0.0055
 TARGET_RADIUS: Final = 0.02

@@ -168,7 +168,7 @@ def _headline(f_s: float | None, again: np.ndarray | None, still: float) -> str:
         spread = f" ± {again.std(ddof=1):.1f}" if len(again) > 1 else ""
         mean = float(again.mean())
         big = f"{words.gained(mean, still)}{spread and f'<small>{spread}</small>'}"
-        small = f"mean of {len(again)} trials under fresh noise; recorded {recorded}"
+        small = f"{words.AGAIN.format(len(again))} {recorded}"
     return (
         f'<div style="margin:2px 0 8px"><div class="ta-closer" style="font-size:22px;font-weight:600">{big}'
         f'</div><div style="opacity:.7;font-size:12px">{small}</div></div>'

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.analysis.robustness import Robustness
 from engine.body.feet import FEET_TEXT
 from engine.config import RunConfig
 from engine.errors import printable
 from engine.simulation.evaluation import Evaluation
 from engine.tasks import get_task
-from viz import theme
+from viz import theme, words
 
 LETTERS = "ABCD"
 
@@ -28,12 +29,14 @@ class Entry:
         config: of the run.
         evaluation: the robot.
         entered: generation of the evaluation.
+        robust: what evaluating the run's elites again has shown, None if that was not done.
     """
 
     path: Path
     config: RunConfig
     evaluation: Evaluation
     entered: int | None
+    robust: Robustness | None = None
 
     @property
     def run(self) -> str:
@@ -74,6 +77,9 @@ def rows(entries: Sequence[Entry]) -> list[DifferenceRow]:
         None if e.evaluation.fitness is None else 100 * (t.target_distance - e.evaluation.fitness)
         for e, t in zip(entries, tasks, strict=True)
     ]
+    again = [_again(e, t.target_distance) for e, t in zip(entries, tasks, strict=True)]
+    if any(mean is not None for _, mean in again):
+        found.append(("f_s again", [text for text, _ in again], [mean for _, mean in again]))
     found.append(("f_s", [_length(v) for v in f_s], f_s))
     for k in range(max(t.n_targets for t in tasks)):
         names = {t.target_names[k] for t in tasks if k < t.n_targets}
@@ -98,7 +104,7 @@ def render(entries: Sequence[Entry]) -> str:
         'font-variant-numeric:tabular-nums">'
         f"<thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table>"
         '<div style="font-size:11px;opacity:.6;padding-top:3px">lengths in cm, the best one bold;'
-        " a bar marks what differs</div></div>"
+        " a bar marks what differs; “again” is the mean under fresh noise</div></div>"
     )
 
 
@@ -152,12 +158,21 @@ def _row(what: str, values: list[str], order: list[float | None]) -> str:
     mark = f"border-left:2px solid {theme.LINKED};" if differs else "border-left:2px solid transparent;"
     if not differs:
         cells = f'<td colspan="{len(values)}" style="text-align:right">{html.escape(values[0])}</td>'
-    label = "f<sub>s</sub>" if what == "f_s" else html.escape(what)
+    label = words.markup(html.escape(what))
     return (
         f'<tr class="{"differs" if differs else "same"}" style="opacity:{1 if differs else 0.6}">'
         f'<td style="{mark}padding:1px 0 1px 6px;white-space:nowrap;vertical-align:top">{label}</td>'
         f"{cells}</tr>"
     )
+
+
+def _again(entry: Entry, distance: float) -> tuple[str, float | None]:
+    """Return mean and standard deviation of f_s under fresh noise as text, and the mean in cm, if known."""
+    mean = None if entry.robust is None else entry.robust.mean(entry.number)
+    if entry.robust is None or mean is None:
+        return _length(None), None
+    f_s, deviation = 100 * (distance - mean), entry.robust.deviation(entry.number)
+    return _length(f_s) + ("" if deviation is None else f" ± {100 * deviation:.1f}"), f_s
 
 
 def _mean(distances: np.ndarray, target: int) -> float | None:

@@ -41,7 +41,8 @@ class RunFacts:
 
     Attributes:
         task, algorithm: from its configuration.
-        n_evaluations: finished ones.
+        n_evaluations: that are saved.
+        n_closed: of them in closed generations, by which runs are compared.
         best: its best f_s in m, None if there is none yet.
         date: of its beginning, such as 2026-11-24.
         state: whether it is being written, is complete, was paused by its user, or none of these.
@@ -52,6 +53,7 @@ class RunFacts:
     task: str = ""
     algorithm: str = ""
     n_evaluations: int = 0
+    n_closed: int = 0
     best: float | None = None
     date: str = ""
     state: State = "stopped"

@@ -155,9 +155,9 @@ def _plot(
     )
     if k >= len(MEASURES) - 2:
         first, last = points[0].n_evaluations, points[-1].n_evaluations
-        ends = [(x(last), "end", f"{last} evaluations")]
+        ends = [(x(last), "end", f"{last:,} evaluations")]
         if x(first) < PLOT_WIDTH / 4:
-            ends.append((x(first), "start", f"{first}"))
+            ends.append((x(first), "start", f"{first:,}"))
         parts += [
             f'<text x="{left + place:.1f}" y="{top + PLOT_HEIGHT + 12}" text-anchor="{anchor}"'
             f' fill="currentColor" fill-opacity="0.7" font-size="9">{label}</text>'
@@ -194,7 +194,7 @@ def _table(
     """Return places and hover cards of the generations as JSON, escaped for an attribute."""
     rows = []
     for k, p in enumerate(points):
-        lines = [f"generation {p.number}, {p.n_evaluations} evaluations"]
+        lines = [f"generation {p.number}, {p.n_evaluations:,} evaluations"]
         for measure, of_archives in zip(measures, series, strict=True):
             values = " · ".join(measure.text(found[k]) for found in of_archives.values())
             lines.append(f"{measure.name} {values} {measure.unit}".rstrip())

@@ -134,3 +134,9 @@ def test_what_is_framed_lies_beside_a_window(browser: Browser, camera: SceneCame
     browser.report(np.array([0.9, -0.2, 0.7]), np.array([0.1, 0.0, 0.0]))
     camera.cover(640)
     assert np.allclose(browser.position, [0.9, -0.2, 0.7])
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, 0.5, 1.0])
+def test_a_place_is_seen_where_the_ray_to_it_goes_through_the_scene(camera: SceneCamera, x: float) -> None:
+    ray = camera.ray(x, 0.2)
+    assert camera.across(ray.origin + 1.7 * ray.direction) == pytest.approx(2 * x - 1)

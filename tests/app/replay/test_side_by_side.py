@@ -6,16 +6,21 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.replay import side_by_side_scene
+from app.replay.overlays import Overlays
 from app.replay.player import Player
-from app.replay.side_by_side import LaneStart
-from app.replay.side_by_side_scene import lay_out
+from app.replay.side_by_side import LaneStart, SideBySideReplay
+from app.replay.side_by_side_scene import SideBySideScene, lay_out
 from app.robot.pins_panel import side_by_side_replay
+from engine.analysis.robustness import Robustness
 from engine.replay.trial import TrialChoice
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
@@ -97,6 +102,18 @@ def test_what_differs_stands_out_and_the_best_is_bold(small_reader: RunReader) -
     assert "font-weight:650" not in same
 
 
+def test_what_to_expect_of_a_robot_comes_before_what_was_recorded(small_reader: RunReader) -> None:
+    robust = Robustness("", {}, {2: 0.5, 3: 0.5}, {2: {1: 0.35, 2: 0.37}, 3: {1: 0.40}})
+    pins = [dataclasses.replace(entry(small_reader, n), robust=robust) for n in (2, 3, 4)]
+    names = [what for what, _, _ in rows(pins)]
+    assert names.index("f_s again") == names.index("f_s") - 1
+    _, texts, order = rows(pins)[names.index("f_s again")]
+    assert texts == ["9.0 ± 1.4", "5.0", "–"]
+    assert order == [pytest.approx(9.0), pytest.approx(5.0), None]
+    assert "f_s again" not in [what for what, _, _ in rows([entry(small_reader, 2)])]
+    assert "f<sub>s</sub> again" in render(pins)
+
+
 def test_text_from_a_file_is_escaped(small_reader: RunReader) -> None:
     evil = dataclasses.replace(entry(small_reader, 2), path=Path("<b>x.tsmr"))
     for markup in (render([evil, evil]), render_pins([evil], "")):
@@ -111,3 +128,35 @@ def test_a_failed_robot_has_no_figures(small_reader: RunReader) -> None:
     assert isinstance(failed.evaluation, Evaluation)
     line = render_distances([("diverged", None), (None, 0.25), (None, None)])
     assert [w in line for w in ("failed", "25.0", "settles")] == [True] * 3
+
+
+def test_a_robot_that_does_not_survive_settling_leaves_the_others_their_frames(
+    small_reader: RunReader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (alive,) = side_by_side_replay([entry(small_reader, 3)], TrialChoice(target=1)).lanes
+    alive.advance(alive.end_time)
+    dead = SimpleNamespace(
+        frames=alive.frames[:1],
+        target=None,
+        failure="it flew apart",
+        start_time=alive.start_time,
+        end_time=alive.end_time,
+        frame_period=alive.frame_period,
+        walls=(),
+        morphology=alive.morphology,
+        head=alive.head,
+    )
+    drawn = mock.MagicMock()
+    monkeypatch.setattr(side_by_side_scene, "RobotDrawing", drawn)
+    scene = SideBySideScene(mock.MagicMock(), mock.MagicMock(facing=np.eye(3)[:2]))
+    scene.show(SideBySideReplay([dead, alive], ["A", "B"]), 1.0, Overlays())  # type: ignore[list-item]
+    (lane,) = scene.drawn
+    assert (lane.number, lane.index) == (1, drawn.return_value.show.call_args[0][0])
+    assert alive.frames[lane.index].time == pytest.approx(1.0, abs=alive.frame_period)
+    # where it lies, its start is on the line of starts, and its target straight ahead
+    head = alive.frames[next(k for k, f in enumerate(alive.frames) if f.time >= 0.0)].head
+    start, target = lane.lane.turn.apply([[*head, 0.0], [*alive.target, 0.0]]) + lane.lane.position
+    assert start[0] == pytest.approx(0.0, abs=1e-6)
+    assert target[1] == pytest.approx(start[1], abs=1e-6)
+    scene.clear()
+    assert scene.drawn == []

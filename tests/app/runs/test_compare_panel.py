@@ -7,10 +7,10 @@ from viz.runs.run_list import RunFacts
 
 A, B, C, D = (Path(f"{name}.tsmr") for name in "abcd")
 FACTS = {
-    A: RunFacts(task="goal-reaching", n_evaluations=80),
-    B: RunFacts(task="squeezing", n_evaluations=40),
+    A: RunFacts(task="goal-reaching", n_closed=80),
+    B: RunFacts(task="squeezing", n_closed=40),
     C: RunFacts(problem="not a run"),
-    D: RunFacts(task="goal-reaching", n_evaluations=0),
+    D: RunFacts(task="goal-reaching", n_closed=0),
 }
 
 

@@ -15,6 +15,7 @@ from engine.analysis.robustness import load_robust
 from engine.config import RunConfig, create_algorithm
 from engine.errors import DumpError, InvalidData, RunFileError
 from engine.replay.dump import read_dump
+from engine.storage.reader import RunReader
 from engine.storage.rows import statistics
 from engine.storage.writer import RunWriter
 from engine.workers.evaluator import create_evaluator
@@ -194,7 +195,8 @@ def test_facts_say_what_a_run_is_and_how_far_it_came(
 ) -> None:
     facts = library.facts(grid_run)
     best = max(f.best or -1.0 for f in library.reader(small_run).generations()[-1].archives.values())
-    assert (facts.task, facts.algorithm, facts.n_evaluations) == ("goal-reaching", "dm-me", 18)
+    assert (facts.task, facts.algorithm) == ("goal-reaching", "dm-me")
+    assert facts.n_evaluations == facts.n_closed == 18
     assert facts.best == pytest.approx(best)
     assert (facts.state, facts.problem) == ("finished", None)
     broken = tmp_path / "broken.tsmr"
@@ -203,10 +205,13 @@ def test_facts_say_what_a_run_is_and_how_far_it_came(
 
 
 def test_facts_of_a_run_that_has_not_closed_a_generation(
-    library: Library, small_config: RunConfig, tmp_path: Path
+    library: Library, small_config: RunConfig, small_reader: RunReader, tmp_path: Path
 ) -> None:
     path = tmp_path / "new.tsmr"
-    with RunWriter.create(path, small_config, {}):
+    with RunWriter.create(path, small_config, {}) as writer:
         assert library.facts(path).state == "live"
+        # of its first generation only these were saved
+        writer.add_evaluations(0, small_reader.all_evaluations()[:3])
     facts = library.facts(path)
-    assert (facts.state, facts.n_evaluations, facts.best) == ("stopped", 0, None)
+    assert (facts.state, facts.best) == ("stopped", None)
+    assert (facts.n_evaluations, facts.n_closed) == (3, 0)

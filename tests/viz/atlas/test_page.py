@@ -14,10 +14,12 @@ import pytest
 from engine.errors import ExportError, InvalidData
 from engine.replay.every_target import replay_every_target
 from engine.storage.reader import RunReader
+from tests.support.evaluated_again import evaluated_again
 from tests.support.run_formats import in_format
 from tests.support.unpacked import unpack
 from viz.atlas.elites import DETAIL, updates_per_frame
-from viz.atlas.page import atlas_page, checked_link, shown_maps
+from viz.atlas.page import atlas_page, checked_link
+from viz.atlas.shown import what_to_show
 from viz.robot.skeleton import posed
 
 HOSTILE = "<script>alert(1)<'\"&>@robots@"
@@ -64,6 +66,7 @@ def test_it_holds_the_elites_of_all_maps(page, small_reader):
     line = small_reader.lineage(data["best"])
     assert [row[0] for row in said["lineage"]] == [a.number for a in line]
     assert 'href="https://example.org/run?a=1&amp;b=2"' in page
+    assert "the best robot of its body: how many modules, and how stiff.</p>" in page
 
 
 def test_no_point_is_off_by_more_than_a_fifth_of_a_millimetre(page, small_reader):
@@ -113,9 +116,14 @@ def test_a_hostile_run_stays_text(small_run, tmp_path):
             db.execute("UPDATE generations SET archives = ? WHERE generation = ?", (named, generation))
         db.execute("UPDATE placements SET archive = ? WHERE archive = 'controller'", (HOSTILE,))
         db.execute("UPDATE evaluations SET operator = ? WHERE parent IS NOT NULL", (HOSTILE,))
+        # it was interrupted in its last generation, whose robots have been tried all the same
+        for table in ("placements", "generations"):
+            db.execute(f"DELETE FROM {table} WHERE generation = (SELECT MAX(generation) FROM generations)")
     with RunReader(path) as reader:
         assert reader.versions["tensatlas"] == reader.created_at == HOSTILE
         made = atlas_page(reader, link="https://example.org/\"onclick='x'").decode()
+        assert reader.finished_generation().n_evaluations < reader.n_evaluations() == 18
+    assert "· 18 robots tried ·" in made
     parsed = Loose()
     parsed.feed(made)
     robots = len(re.findall(r'id="r\d+"', made))
@@ -151,7 +159,27 @@ def test_equal_runs_make_equal_pages(page, small_reader):
 
 
 def test_a_grid_is_shown_on_both_maps(grid_reader):
-    assert [p.view.name for p in shown_maps(grid_reader)] == ["grid-01", "grid-23"]
+    ((name, maps),) = what_to_show(grid_reader).maps.items()
+    assert name == "fitness f_s"
+    assert [p.view.name for p in maps] == ["grid-01", "grid-23"]
+
+
+def test_it_opens_with_the_most_reliable_robot_even_if_a_projected_map_hides_it(grid_run, tmp_path):
+    path, number = evaluated_again(grid_run, tmp_path)
+    with RunReader(path) as reader:
+        shown = what_to_show(reader)
+        ((cell, _),) = [
+            f for f in reader.elites(reader.finished_generation())["grid"].items() if f[1][0] == number
+        ]
+    assert list(shown.maps) == ["robust fitness", "fitness f_s"]
+    on_maps = {e.number for maps in shown.maps.values() for p in maps for e in p.elites.values()}
+    assert number not in on_maps
+    assert shown.best.number == number
+    assert set(shown.robots) == on_maps | {number}
+    assert shown.cells[number] == {"Grid": ",".join(map(str, cell))}
+    for picture in shown.maps["robust fitness"]:
+        assert list(picture.values.values()) == pytest.approx([-15.0] * len(picture.elites))
+        assert picture.scale.title == "robust f_s cm"
 
 
 def test_a_run_without_elites_says_so(small_run, tmp_path):

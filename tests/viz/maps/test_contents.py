@@ -92,6 +92,15 @@ def test_hand_worked_pictures_of_a_grid() -> None:
     assert (bodies.scale.low, bodies.scale.high) == (2.0, 5.0)
 
 
+def test_hover_cards_say_what_to_expect_below_what_was_recorded() -> None:
+    ways = layouts({"grid": GRID.axes})[PROJECTED]
+    bodies, _ = pictures({"grid": GRID}, ways, FITNESS, robust={2: -1.25})
+    first, second, *_ = bodies.tiles[1, 3].hint.split("\n")
+    assert first == "5.0 cm closer · f_s 5.00 cm"
+    assert second == "1.2 cm farther under fresh noise"
+    assert "noise" not in bodies.tiles[1, 5].hint
+
+
 def test_coverage_is_over_the_cells_that_can_be_filled() -> None:
     half = Content(PER_MODULE, {(0, 1, 2): elite(1, 1.0)}, coverage=0.5)
     ways = layouts({"morphology": PER_MODULE})

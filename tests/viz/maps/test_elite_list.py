@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import re
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,6 +24,14 @@ def test_elites_are_listed_once_each_and_the_best_first() -> None:
     found = elite_list.listed(CONTENTS)
     assert [e.elite.number for e in found] == [9, 7, 1207]
     assert found[1].places == (("morphology", (1, 3)), ("controller", (0, 5)))
+
+
+def test_what_to_expect_of_elites_comes_before_what_was_recorded() -> None:
+    found = elite_list.listed(CONTENTS, {1207: 1.25, 9: -3.0})
+    assert [e.elite.number for e in found] == [1207, 9, 7]
+    text = elite_list.render(found, 3, "js()")
+    assert re.search(r">1\.25 cm<[^>]*>recorded -1\.00<", text)
+    assert re.search(r">2\.50 cm</span>", text)
 
 
 def test_a_search_wants_every_word_and_the_filter_an_f_s() -> None:

@@ -89,7 +89,7 @@ def test_the_pointer_reads_the_values_of_each_drawn_generation() -> None:
     assert len(rows) == trend.MAX_POINTS
     assert rows[0][0] == 0
     assert rows[-1][0] == trend.PLOT_WIDTH
-    assert rows[-1][1].startswith("generation 899, 9000 evaluations\nbest f_s 899.00 cm\n")
+    assert rows[-1][1].startswith("generation 899, 9,000 evaluations\nbest f_s 899.00 cm\n")
     assert rows[-1][1].endswith("\ncells above 0.79 cm 899\nQD with offset 200 cm")
     assert len(root.attrib["data-plots"].split(";")) == 6
 
