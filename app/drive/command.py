@@ -159,16 +159,10 @@ class Drive:
             camera = Camera(self.camera, scale=scale, ahead=self.ahead_mm / 1000)
             return stack.enter_context(contextlib.closing(camera)), link
         from app.drive.simulated import SimulatedRobot
-        from engine.fabrication.as_built import twin_of
-        from engine.fabrication.dimensions.feet import robot_feet
+        from engine.fabrication.as_built import twin_of_robot
         from engine.fabrication.materials import load_materials
 
-        twin = twin_of(
-            config.physics,
-            evaluation.solution.morphology,
-            load_materials(self.materials),
-            feet=robot_feet(config, evaluation).feet,
-        )
+        twin = twin_of_robot(config, evaluation, load_materials(self.materials))
         robot = SimulatedRobot(
             config, evaluation, twin.nominal, target=self.target - 1, run=run, speed=self.speed
         )
