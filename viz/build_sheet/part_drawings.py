@@ -128,7 +128,7 @@ def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -
         (scale * (neck - 0.6), neck_said, (p.NECK, neck - 0.6)),
         (0.0, f"hole Ø {p.HOLE:.1f} for the limiter's line", (crown - 0.2, -0.3)),
         (-scale * 1.6, f"crown Ø {2 * crown:.1f}", (crown, -1.6)),
-        (-scale * 4.0, f"the rod meets its bottom {tip:.1f} below the node", (bore * 0.4, -tip)),
+        (-scale * 4.0, f"rod's end, {tip:.1f} below the node", (bore * 0.4, -tip)),
     ]
     view.notes(x + 14, notes)
     wide = 9.5  # a long cap is drawn small from the side

@@ -22,7 +22,7 @@ from viz.build_sheet.pen import Pen
 
 @pytest.mark.parametrize(("n", "preset"), [(2, ""), (10, ""), (2, "silicone-cord")])
 def test_the_measures_are_those_of_the_solids(robots, materials, n, preset):
-    facts, paper = robots[n], style.PAPERS["letter"]
+    facts, paper = robots[n], style.PAPERS["a4"]
     materials = load_materials(preset) if preset else materials
     footed = bool(facts.feet.feet)
     story = part_drawings.pages(facts, materials, paper)
