@@ -35,10 +35,10 @@ class Record:
     """Cell of the map, such as 3,7 or 3,7,0,4; all count from 0."""
     out: Path
     """File to write: *.mp4, *.png or *.html."""
-    target: int = 0
-    """Target of the trial, from 0."""
-    repeat: int = 0
-    """Noise seed of the trial, from 0, among those the robot was evaluated with."""
+    target: int = 1
+    """Target of the trial, from 1."""
+    repeat: int = 1
+    """Noise seed of the trial, from 1, among those the robot was evaluated with."""
     fresh: int = 0
     """Number of fresh noise, from 1, instead of noise that the robot was evaluated with."""
     aim: str = ""
@@ -97,8 +97,8 @@ class Record:
         from viz.recording.primitives import ReplayLook
 
         trial = TrialChoice(
-            target=self.target,
-            repeat=self.repeat,
+            target=self.target - 1,
+            repeat=self.repeat - 1,
             fresh=self.fresh,
             aim=Aim.parse(self.aim) if self.aim else None,
         )

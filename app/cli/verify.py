@@ -113,20 +113,14 @@ class Verify:
     def _simulate(self, config: RunConfig, evaluation: Evaluation) -> tuple[Twin, AsBuilt]:
         """Simulate a robot as it would be built."""
         from engine.analysis.as_built import check_samples, simulate_as_built
-        from engine.fabrication.as_built import twin_of
-        from engine.fabrication.dimensions.feet import robot_feet
+        from engine.fabrication.as_built import twin_of_robot
         from engine.fabrication.materials import load_materials
 
         check_samples(self.samples)
         if (self.inertia_scale, self.timestep_factor, self.simulator) != (None, None, None):
             raise InvalidData("--as-built has the run's physics; it does not go with another one")
         check_timestep(config.physics)
-        twin = twin_of(
-            config.physics,
-            evaluation.solution.morphology,
-            load_materials(self.materials),
-            feet=robot_feet(config, evaluation).feet,
-        )
+        twin = twin_of_robot(config, evaluation, load_materials(self.materials))
         return twin, simulate_as_built(
             config,
             evaluation,

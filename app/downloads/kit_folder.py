@@ -11,11 +11,10 @@ from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
-from engine.fabrication.kit.jig import jig
+from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.kit.measured import measured_form
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
 from engine.fabrication.parts.net import module_net
 from engine.storage.reader import RunReader
 from viz.build_sheet import style
@@ -74,15 +73,13 @@ def kit_folder(
     del made["joints.csv"]
     files = {name if "/" in name or "bill" in name else f"tables/{name}": made[name] for name in made}
     files["module.glb"] = glb
-    holder = jig(design, glb)
-    if holder is not None:
-        files["parts/jig.stl"] = stl_bytes(holder.solid, "jig")
-        files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
     title = f"Net of module 1 of {facts.name}"
     files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
     friction = reader.config.physics.feet_friction if feet else None
     text = materials_text(materials)
-    files["kit.pdf"], _ = kit_sheet(facts, materials, text, module_scene(glb, holder), paper)
+    files["kit.pdf"], _ = kit_sheet(
+        facts, materials, text, module_scene(glb, robot_jig(module, materials)), paper
+    )
     files["measured.toml"] = measured_form(text, module, materials, friction).encode()
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}

@@ -18,15 +18,19 @@ from engine.body import servo
 from engine.errors import InvalidData, printable
 from engine.export import export_files, simulate_trial
 from engine.fabrication.as_built import Twin, twin_of
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
 from engine.fabrication.folder import fabrication_files
 from engine.fabrication.materials import PRESETS, Materials, preset_text
+from engine.fabrication.parts.net import module_net
 from engine.files import csv_text
 from engine.search.archive import cell_name
 from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
+from viz.build_sheet import style
 from viz.build_sheet.facts import ArchivePlace, Facts, gather
+from viz.build_sheet.kit.tiles import net_tiles
 from viz.build_sheet.sheet import build_sheet
 from viz.build_sheet.style import PaperName
 from viz.recording.standalone_replay import standalone_replay
@@ -64,9 +68,11 @@ _WHAT: Final = (
     ("tables/as_built.csv", "what differs when it is built, how that is known, and what it costs"),
     ("tables/targets.csv", "score of every trial by target"),
     ("tables/paths.csv", "recorded paths of the head towards every target"),
+    ("parts/jig.*", "holds the six rods of a module while the net goes on"),
     ("parts/*.stl", "part to print, in mm"),
     ("parts/*.3mf", "part to print, units inside"),
     ("net/*.dxf", "flat net at 1:1, in mm, with a scale bar"),
+    ("net/*.pdf", "flat net at 1:1 over sheets of paper with marks: print it at 100 %"),
     ("net/*.svg", "flat net at 1:1, in mm, with a scale bar"),
     ("firmware/*", "Arduino sketch with the robot's controller and its gaits"),
 )
@@ -117,6 +123,11 @@ def robot_folder(
     progress("parts", 2, STEPS)
     for name, content in fabrication_files(facts.morphology, materials, plan.feet).items():
         files[f"tables/{name}" if name in _TABLES else name] = content
+    for design in {d.level: d for d in design_cables(facts.morphology, materials)}.values():
+        level = f"{design.level / t.N_STIFFNESS_LEVELS:.1f}"
+        title = f"Net of stiffness {level} of {facts.name}"
+        tiles, _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
+        files[f"net/net_tiles_stiffness_{level}.pdf"] = tiles
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}
     progress("build sheet", 3, STEPS)

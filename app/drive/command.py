@@ -56,8 +56,8 @@ class Drive:
     """Simulate robot and board."""
     materials: str = "latex-cord"
     """What a simulated robot is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
-    target: int = 0
-    """Target of a simulated robot, from 0."""
+    target: int = 1
+    """Target of a simulated robot, from 1."""
     speed: float = 1.0
     """Seconds of a simulated robot in one of yours; 0 for as many as there can be."""
 
@@ -159,18 +159,12 @@ class Drive:
             camera = Camera(self.camera, scale=scale, ahead=self.ahead_mm / 1000)
             return stack.enter_context(contextlib.closing(camera)), link
         from app.drive.simulated import SimulatedRobot
-        from engine.fabrication.as_built import twin_of
-        from engine.fabrication.dimensions.feet import robot_feet
+        from engine.fabrication.as_built import twin_of_robot
         from engine.fabrication.materials import load_materials
 
-        twin = twin_of(
-            config.physics,
-            evaluation.solution.morphology,
-            load_materials(self.materials),
-            feet=robot_feet(config, evaluation).feet,
-        )
+        twin = twin_of_robot(config, evaluation, load_materials(self.materials))
         robot = SimulatedRobot(
-            config, evaluation, twin.nominal, target=self.target, run=run, speed=self.speed
+            config, evaluation, twin.nominal, target=self.target - 1, run=run, speed=self.speed
         )
         stack.enter_context(contextlib.closing(robot))
         return robot, stack.enter_context(contextlib.closing(Link(robot.port)))

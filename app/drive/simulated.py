@@ -52,7 +52,7 @@ class SimulatedRobot:
         config: of the run that the evaluation belongs to.
         evaluation: of the robot.
         physics: of the robot as it would be built; MuJoCo simulates it.
-        target: index of the task's target.
+        target: index of the task's target, from 0.
         run: name of the run.
         speed: seconds of the robot in a second; 0 for as many as there can be.
 
@@ -72,7 +72,7 @@ class SimulatedRobot:
     ) -> None:
         task, body = task_of(config), evaluation.solution.morphology
         if not 0 <= target < task.n_targets:
-            raise InvalidData(f"target must be from 0 to {task.n_targets - 1}, not {target}")
+            raise InvalidData(f"target must be from 1 to {task.n_targets}, not {target + 1}")
         if body.feet != "none":
             raise InvalidData("MuJoCo knows no directional feet; drive a robot without them")
         with contextlib.ExitStack() as stack:

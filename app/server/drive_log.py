@@ -10,8 +10,7 @@ from app.drive.path import MeasuredPath
 from app.server.server import Listening, Start, serve_until_interrupted
 from app.session.log_session import LogSession
 from engine.errors import InvalidData
-from engine.fabrication.as_built import twin_of
-from engine.fabrication.dimensions.feet import robot_feet
+from engine.fabrication.as_built import twin_of_robot
 from engine.fabrication.materials import load_materials
 from engine.storage.reader import RunReader
 
@@ -53,8 +52,7 @@ def log_sessions(path: Path, run: Path, materials: str) -> Start:
     if body.n_modules != driven.modules or config.task != driven.task:
         raise InvalidData(f"{path} is of another robot than number {driven.robot} of {run}")
     measured = MeasuredPath.of(records, config.trials.settle_time)
-    feet = robot_feet(config, evaluation).feet
-    twin = twin_of(config.physics, body, load_materials(materials), feet=feet)
+    twin = twin_of_robot(config, evaluation, load_materials(materials))
     built = dataclasses.replace(config, physics=twin.nominal)
     return lambda client, _gate, lanes: LogSession(
         client, driven, measured, built, evaluation, materials, lanes.simulating

@@ -153,7 +153,8 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                     mass=materials.cable.density * design.section.area * (design.path + 2 * KNOT_LEFT),
                     source=materials.cable_source,
                     note=f"{materials.cable.material}; {1e3 * design.path:.1f} mm from knot to knot"
-                    f" unstretched, knots trimmed to {1e3 * KNOT_LEFT:.0f} mm; modules {_list(modules)}",
+                    f" unstretched, knots trimmed to {1e3 * KNOT_LEFT:.0f} mm"
+                    + (f"; modules {_list(modules)}" if len(modules) < morphology.n_modules else ""),
                 )
             )
     if has_limiter(materials):
@@ -166,7 +167,7 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
                 mass=LIMITER_MASS,
                 source=Source.ASSUMED,
                 note="latex thread of 0.8 mm with a bead at one end, inside the rods of nodes"
-                f" {_list(sorted(t.SERVO_NODES))}; stretched until the bead lifts off at"
+                f" {', '.join(map(str, sorted(t.SERVO_NODES)))}; stretched until the bead lifts off at"
                 f" {1000 * t.SERVO_MAX_TENSION / GRAVITY:.0f} g",
             )
         )

@@ -11,6 +11,7 @@ from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.cut_lists import cables, rods
 from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.joints import joints, orientations
+from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
@@ -44,6 +45,10 @@ def fabrication_files(
     for part in printed_parts(morphology, materials, feet):
         files[f"parts/{part.name}.stl"] = stl_bytes(part.solid, part.name)
         files[f"parts/{part.name}.3mf"] = threemf_bytes(part.solid, part.name)
+    holder = robot_jig(morphology, materials)
+    if holder is not None:
+        files["parts/jig.stl"] = stl_bytes(holder.solid, "jig")
+        files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
     for design in {d.level: d for d in design_cables(morphology, materials)}.values():
         net = module_net(design, materials.printer)
         name = f"net/net_stiffness_{design.level / t.N_STIFFNESS_LEVELS:.1f}"

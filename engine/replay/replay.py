@@ -77,7 +77,7 @@ class Replay:
     Args:
         config: of the run that the evaluation belongs to.
         evaluation: what to replay.
-        target, repeat: which of its trials.
+        target, repeat: which of its trials, counted from 0; people read them from 1.
         fresh: 0 for the noise that it was evaluated with; each of 1 to ``MAX_FRESH`` draws other noise.
         aim: a place for the target other than the task's; walls and noise stay those of ``target``.
         observer: sees every control update, too, from the drop on.
@@ -100,9 +100,9 @@ class Replay:
     ) -> None:
         task = get_task(config.task)
         if not 0 <= target < task.n_targets:
-            raise InvalidData(f"target must be from 0 to {task.n_targets - 1}, not {target}")
+            raise InvalidData(f"target must be from 1 to {task.n_targets}, not {target + 1}")
         if not 0 <= repeat < config.trials.repeats:
-            raise InvalidData(f"repeat must be from 0 to {config.trials.repeats - 1}, not {repeat}")
+            raise InvalidData(f"repeat must be from 1 to {config.trials.repeats}, not {repeat + 1}")
         if not 0 <= fresh <= MAX_FRESH:
             raise InvalidData(f"fresh noise must be from 1 to {MAX_FRESH}, not {fresh}")
         check_timestep(config.physics)

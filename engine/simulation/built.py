@@ -71,6 +71,8 @@ class Built:
     """Friction coefficient of directional feet while they slide forward; 0 for the physics' own."""
     feet_backward: float = 0.0
     """The same while they do not; 0 for the physics' own."""
+    tether_mass: float = 0.0
+    """What a tether adds to the servo rod of every module, in kg; negative where it lifts the rod."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -81,6 +83,8 @@ class Built:
         for name in ("plain_rod_mass", "servo_rod_mass", "rest_length", "line_stiffness", "travel"):
             if getattr(self, name) <= 0.0:
                 raise InvalidData(f"built: {name} must be positive, not {getattr(self, name)}")
+        if self.loaded_servo_rod <= 0.0:
+            raise InvalidData(f"built: tether_mass must not lift the robot, as {self.tether_mass} kg does")
         feet = ("feet_forward", "feet_backward")
         for name in ("line_limit", "servo_rate", "dead_band", "position_noise", "heading_noise", *feet):
             if getattr(self, name) < 0.0:
@@ -101,6 +105,11 @@ class Built:
             raise InvalidData("built: factors on the stiffness must be positive")
         if max(map(abs, self.centre_of_mass)) > t.ROD_LENGTH:
             raise InvalidData("built: centre_of_mass lies outside the module")
+
+    @property
+    def loaded_servo_rod(self) -> float:
+        """Mass of a servo rod with what the tether adds, in kg."""
+        return self.servo_rod_mass + self.tether_mass
 
     def stiffness_factor(self, level: int, module: int) -> float:
         """Return the factor on the stiffness of a module's passive cables.
@@ -188,6 +197,8 @@ class Spread:
     """Of the coefficient of directional feet while they slide forward."""
     feet_backward: float = 0.0
     """The same while they do not."""
+    tether_mass: float = 0.0
+    """Of what a tether adds to every servo rod, in kg."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -251,10 +262,14 @@ def drawn(built: Built, spread: Spread, seed: tuple[int, ...]) -> tuple[Built, f
     friction = by.factor(spread.friction)
     feet = by.factor(spread.feet_forward), by.factor(spread.feet_backward)
     limit = built.line_limit * by.factor(spread.line_limit)
+    servo_rod = built.servo_rod_mass * heavy
+    # a tether lifts no robot off the ground
+    tether = max(built.tether_mass + spread.tether_mass * by.next(1)[0], -0.9 * servo_rod)
     changed = dataclasses.replace(
         built,
         plain_rod_mass=built.plain_rod_mass * plain,
-        servo_rod_mass=built.servo_rod_mass * heavy,
+        servo_rod_mass=servo_rod,
+        tether_mass=float(tether),
         centre_of_mass=tuple(map(float, middle)),
         module_stiffness=_unless_all(1.0, [f * built.module_factor(m) for m, f in enumerate(modules)]),
         rest_length=float(rest),

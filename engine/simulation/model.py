@@ -274,7 +274,7 @@ def _set_inertia(body: mujoco.MjsBody, rod: int, half: np.ndarray, physics: Phys
     The true spin inertia is some 500 times smaller than the transverse one and no task depends on it; 0.3 of
     the transverse part keeps every integrator stable.
     """
-    mass = physics.built.servo_rod_mass if rod == t.SERVO_ROD else physics.built.plain_rod_mass
+    mass = physics.built.loaded_servo_rod if rod == t.SERVO_ROD else physics.built.plain_rod_mass
     mass *= physics.inertia_scale
     transverse = mass * t.ROD_LENGTH * t.ROD_LENGTH / 12
     axis = int(np.argmax(np.abs(half)))

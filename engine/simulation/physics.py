@@ -135,7 +135,7 @@ def largest_timestep(physics: Physics) -> float:
     Robots that are lighter than the published one, or stiffer, do either faster.
     """
     built = physics.built
-    lighter = min(1.0, built.plain_rod_mass / t.ROD_MASS, built.servo_rod_mass / t.SERVO_ROD_MASS)
+    lighter = min(1.0, built.plain_rod_mass / t.ROD_MASS, built.loaded_servo_rod / t.SERVO_ROD_MASS)
     scale = physics.inertia_scale * lighter
     c = max(ROD_BRAKING_RATE / physics.rod_inertia, MODULE_BRAKING_RATE) / scale
     half = SWINGING_RATE**2 * built.largest_stiffness_factor / scale / 2.0
@@ -222,7 +222,7 @@ def physics_to_json(physics: Physics) -> dict[str, Any]:
             # older files and hashes of robots stay what they are
             del found[name]
         else:
-            for own in ("feet_forward", "feet_backward"):
+            for own in ("feet_forward", "feet_backward", "tether_mass"):
                 if not found[name][own]:
                     del found[name][own]
     return found

@@ -13,7 +13,8 @@ Read in this order:
 6. ``pen``: pictures on a page, and what draws them.
 7. ``scene``: tubes and balls in three dimensions, painted with the pen.
 8. ``bodies``: a robot as tubes and balls.
-9. ``details``: enlarged drawings of a rod's end and of the drum.
-10. ``document``: pages with header, footer and number, put into a file.
-11. ``kit/``: the papers of a kit for one module.
+9. ``details``: enlarged drawings of a rod's end, of the drum and of a limiter.
+10. ``part_drawings``: drawings of the parts with measures, from their solids; ``part_view``: one view.
+11. ``document``: pages with header, footer and number, put into a file.
+12. ``kit/``: the papers of a kit for one module, and what a robot or a module costs.
 """

@@ -1,10 +1,12 @@
-"""Enlarged drawings of what a finger has to find: a rod's end under its cap, and the servo's drum."""
+"""Enlarged drawings of what a finger has to find: a rod's end under its cap, the servo's drum, a limiter."""
 
 from __future__ import annotations
 
 from reportlab.lib.colors import Color
 
+from engine.body import module as t
 from engine.fabrication.dimensions.cables import CableDesign
+from engine.fabrication.dimensions.limiter import STRETCHED, THREAD
 from engine.fabrication.materials import CAP_TIP, Materials, ServoMotor
 from engine.fabrication.parts import drum as d
 from engine.fabrication.parts import servo_parts as sp
@@ -92,3 +94,52 @@ def draw_drum(pen: Pen, motor: ServoMotor) -> None:
         disc(z, d.FLANGE, rim.bounds)
         pen.text(x0, z0 + scale * (z + d.FLANGE / 2) - 2.4, str(k + 1), align="centre", size=7)
     pen.text(x0, z0 + scale * d.DRUM_TALL + 5, "ball's side", align="centre", color=style.SOFT)
+
+
+def draw_limiter(pen: Pen) -> None:
+    """Draw a rod with its limiter, cut along the rod: the thread inside, the line out of a cap, its bead."""
+    length, tip = 1e3 * t.ROD_LENGTH, 1e3 * CAP_TIP
+    scale = (pen.width - 150) / length
+    x0, y, half, wall = 62.0, 48.0, 9.0, 3.0
+    left, right = x0 + scale * tip, x0 + scale * (length - tip)
+    for side in (-1, 1):
+        edge = y + (half - wall if side > 0 else -half)
+        pen.box(left, edge, right - left, wall, fill=style.ROD, line=0.4)
+    for end, way in ((left, -1), (right, 1)):
+        cap = 26.0
+        for side in (-1, 1):
+            edge = y + (half + 0.8 if side > 0 else -half - 4.8)
+            pen.box(end - (cap if way > 0 else 0), edge, cap, 4.0, fill=CAP, line=0.4)
+        pen.box(end if way > 0 else end - 9, y - half - 4.8, 9, 2 * half + 9.6, fill=CAP, line=0.4)
+    a, b = (x0 + scale * (length / 2 + sign * 500 * THREAD) for sign in (-1, 1))
+    # the line is drawn over the cap, as its hole would not be seen
+    out = (right + 9, y + half + 3)
+    bead = (out[0] + 4, out[1] + 3)
+    pen.path([(left + 6, y), (a, y)], stroke=style.INK, width=0.9)
+    pen.path([(b, y), (right + 1, y), out, bead], stroke=style.INK, width=0.9)
+    pen.line((a, y), (b, y), color=style.SERVO_CABLE, width=2.2)
+    for x in (a, b):
+        pen.disc((x, y), 2.2, fill=style.SERVO_CABLE)
+    pen.path(
+        [(left - 1, y + 2.8), (left + 17, y + 0.6), (left + 17, y - 0.6), (left - 1, y - 2.8)],
+        fill=style.GHOST,
+        width=0.4,
+        close=True,
+    )
+    pen.disc(bead, 4.0, fill=style.LINK)
+    pen.path([bead, (bead[0] + 20, bead[1] + 9)], stroke=style.SERVO_CABLE, width=0.9, dash=(3, 2))
+    pen.dimension(
+        (a, 18),
+        (b, 18),
+        f"{1e3 * THREAD:.0f} mm stretched, {1e3 * THREAD / STRETCHED:.0f} mm loose",
+        ticks=(y - 3, y - 3),
+    )
+    pen.text((a + b) / 2, y + 14, "latex thread", align="centre", color=style.SERVO_CABLE, bold=True)
+    pen.text(left + 40, y + 28, "toothpick", color=style.SOFT)
+    pen.line((left + 48, y + 26), (left + 12, y + 2), width=0.4)
+    pen.text(right - 34, y + 28, "line", align="right", bold=True)
+    pen.line((right - 36, y + 26), ((b + right) / 2, y + 1), width=0.4)
+    pen.text(bead[0] + 8, bead[1] - 6, "bead", color=style.LINK, bold=True)
+    pen.text(bead[0] + 12, bead[1] + 16, "to the servo", color=style.SERVO_CABLE)
+    pen.text(left - 12, y - 3, "far node", align="right", color=style.SOFT)
+    pen.text(right + 14, y - 14, "line's node", color=style.SOFT)

@@ -197,6 +197,8 @@ class Pen:
     ) -> None:
         """Draw a dimension line, level or upright, with arrow heads and its measure.
 
+        A line that is too short for the measure has its arrow heads outside, and the measure beyond its end.
+
         Args:
             start: of the line.
             end: of the line.
@@ -210,6 +212,12 @@ class Pen:
                 tip = (x, tick) if level else (tick, y)
                 beyond = (x, y + (2 if y > tick else -2)) if level else (x + (2 if x > tick else -2), y)
                 self.line(tip, beyond, color=style.SOFT, width=0.35)
+        length = stringWidth(style.printable(text), style.REGULAR, LABEL_SIZE)
+        gap = abs(end[0] - start[0]) if level else abs(end[1] - start[1])
+        outside = gap < length + 12
+        if outside:
+            self._short_dimension(start, end, text, length)
+            return
         self.line(start, end, color=style.SOFT, width=0.5)
         for (x, y), sign in ((start, 1.0), (end, -1.0)):
             a, b = (4.0 * sign, 1.3) if level else (1.3, 4.0 * sign)
@@ -220,6 +228,28 @@ class Pen:
             self.text(x, y - 0.27 * LABEL_SIZE, text, align="centre", halo=True)
         else:
             self.text(x + 0.27 * LABEL_SIZE, y, text, align="centre", halo=True, upright=True)
+
+    def _short_dimension(
+        self, start: tuple[float, float], end: tuple[float, float], text: str, length: float
+    ) -> None:
+        """Draw a dimension line whose arrow heads point inwards, from outside; the text is so long."""
+        level = start[1] == end[1]
+        x1, y1 = end
+        reach = 9.0
+        self.line(start, end, color=style.SOFT, width=0.5)
+        for (x, y), sign in ((start, -1.0), (end, 1.0)):
+            away = (x + sign * reach, y) if level else (x, y + sign * reach)
+            self.line((x, y), away, color=style.SOFT, width=0.5)
+            tip = [(x + 4 * sign, y + 1.3), (x + 4 * sign, y - 1.3)]
+            if not level:
+                tip = [(x + 1.3, y + 4 * sign), (x - 1.3, y + 4 * sign)]
+            self.path([(x, y), *tip], stroke=None, fill=style.SOFT)
+        if level and x1 + reach + 2 + length <= self.width:
+            self.text(x1 + reach + 2, y1 - 0.27 * LABEL_SIZE, text)
+        elif level:
+            self.text(start[0] - reach - 2, y1 - 0.27 * LABEL_SIZE, text, align="right")
+        else:
+            self.text(x1, y1 + reach + 3, text, align="centre")
 
 
 @functools.lru_cache(maxsize=4096)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from engine.fabrication.materials import Materials
-from viz.build_sheet import style
+from viz.build_sheet import part_drawings, style
 from viz.build_sheet.document import PageLayout, on_pages_of_their_own, typeset
 from viz.build_sheet.facts import Facts
+from viz.build_sheet.kit import costs
 from viz.build_sheet.sections import (
     assembly,
     bill_of_materials,
@@ -45,6 +46,8 @@ def build_sheet(facts: Facts, materials: Materials, paper: PaperName = "a4") -> 
             *bill_of_materials.pages(facts, materials, sheet),
             *cut_list.pages(facts, materials, sheet),
         ],
+        costs.pages(facts.morphology, [facts.morphology.n_modules], materials, sheet),
+        part_drawings.pages(facts, materials, sheet),
         net.pages(facts, materials, sheet),
         assembly.pages(facts, materials, sheet),
         joining.pages(facts, sheet),

@@ -8,6 +8,6 @@ takes it as ``simulation.built.Built`` and ``Spread``, whichever simulator is us
 """
 
 from engine.fabrication.as_built.deviations import Deviation, Origin, deviations
-from engine.fabrication.as_built.twin import Twin, search_physics, twin_of
+from engine.fabrication.as_built.twin import Twin, search_physics, twin_of, twin_of_robot
 
-__all__ = ["Deviation", "Origin", "Twin", "deviations", "search_physics", "twin_of"]
+__all__ = ["Deviation", "Origin", "Twin", "deviations", "search_physics", "twin_of", "twin_of_robot"]

@@ -26,6 +26,7 @@ from engine.fabrication.dimensions.cables import (
     working_length,
 )
 from engine.fabrication.dimensions.feet import Foot
+from engine.fabrication.kit.power import tether_density
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.drum import drum_errors
 from engine.fabrication.parts.servo_parts import servo_rod_centre_of_mass
@@ -56,7 +57,10 @@ HEADING_NOISE: Final = 2.0
 NOISE_SPREAD: Final = 0.5
 FRICTION_SPREAD: Final = 0.15
 """Standard deviation of the friction of the floor, in parts of the coefficient."""
-
+CARRIED: Final = 0.15
+"""Metres of a tether that a robot carries: half of a loop that hangs 30 cm deep."""
+TETHER_SPREAD: Final = 0.5
+"""Standard deviation of that, in parts of it: a tight tether lifts, a long one lies on the robot."""
 FEET_UNMEASURED: Final = 0.25
 """Standard deviation of both coefficients of feet that nobody has tested, in parts of them."""
 
@@ -132,6 +136,7 @@ def deviations(
         _servo,
         _sensing,
         _friction,
+        *(() if materials.board.carried and materials.battery.carried else (_tether,)),
         *((_feet,) if morphology.feet != "none" else ()),
     )
     return tuple(make(morphology, materials) for make in makers)
@@ -378,6 +383,24 @@ def _friction(_morphology: Morphology, _materials: Materials) -> Deviation:
         source="a floor found by the sheet's tilting test",
         remedy="paper or cloth on the floor, chosen by the tilting test",
         scatter={"friction": FRICTION_SPREAD},
+    )
+
+
+def _tether(morphology: Morphology, materials: Materials) -> Deviation:
+    density, n = tether_density(morphology.n_modules, materials.servo), morphology.n_modules
+    each = CARRIED * density / n
+    return Deviation(
+        key="tether",
+        name="weight of the tether",
+        simulated="none",
+        built=f"{_g(each)} on every servo rod: {1e3 * density:.0f} g/m, of which the robot carries"
+        f" {100 * CARRIED:.0f} cm",
+        spread=f"± {100 * TETHER_SPREAD:.0f} %",
+        origin=Origin.ASSUMED,
+        source="wires of the table “Power”, hung from above, with slack",
+        remedy="thinner wires, hung from above, with a loop that just does not lift the robot",
+        figures={"tether_mass": each},
+        scatter={"tether_mass": TETHER_SPREAD * each},
     )
 
 

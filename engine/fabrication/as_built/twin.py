@@ -8,10 +8,12 @@ from typing import Any, Final
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
+from engine.config import RunConfig
 from engine.fabrication.as_built.deviations import Deviation, deviations
-from engine.fabrication.dimensions.feet import Foot
+from engine.fabrication.dimensions.feet import Foot, robot_feet
 from engine.fabrication.materials import Materials
 from engine.simulation.built import Built, Spread
+from engine.simulation.evaluation import Evaluation
 from engine.simulation.physics import Physics, as_built, one_of
 
 FEET_PAIRS: Final = ((0.3, 0.8), (0.35, 0.7), (0.4, 0.6), (0.45, 0.55), (0.5, 0.5))
@@ -117,6 +119,17 @@ def twin_of(
     )
     plain = dataclasses.replace(physics, spread=Spread())
     return Twin(physics=plain, deviations=described, footed=morphology.feet != "none")
+
+
+def twin_of_robot(config: RunConfig, evaluation: Evaluation, materials: Materials) -> Twin:
+    """Return the twin of a robot of a run, with the feet that it would wear.
+
+    Raises:
+        InvalidData: as for ``twin_of``, or today's robots do not survive the run's physics.
+        TaskError: a user's task returns invalid values.
+    """
+    feet = robot_feet(config, evaluation).feet
+    return twin_of(config.physics, evaluation.solution.morphology, materials, feet=feet)
 
 
 def search_physics(

@@ -9,6 +9,7 @@ post holds it, is chosen for the module and its servo.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import io
 import itertools
 import re
@@ -20,9 +21,13 @@ from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
-from engine.fabrication.dimensions.cables import CableDesign
+from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.cables import CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.kit.lone_module import LoneModule
+from engine.fabrication.materials import Materials
 from engine.fabrication.parts import solids
+from engine.fabrication.parts.assembly import robot_glb
 
 STANDS: Final = (
     (-0.9639, 0.0463, 0.0896, 0.2463),
@@ -52,7 +57,7 @@ _PLAY: Final = 0.5
 _SAMPLED: Final = 3.0
 """Longest distance of neighbouring points on these parts, in mm."""
 _ROD: Final = re.compile(r"_rod(\d+)$")
-_OTHERS: Final = re.compile(r"_cap_|_cable_|_servo_\d+$")
+_OTHERS: Final = re.compile(r"_cap_|_cable_|_way_|_servo_\d+$")
 """Names of parts that are put on later, once the module lies in the jig."""
 _PLACES: Final = 13
 """Along each rod that are looked at."""
@@ -73,6 +78,19 @@ class Jig:
     solid: Manifold
     nodes: np.ndarray
     room: float
+
+
+@functools.lru_cache(maxsize=16)
+def robot_jig(morphology: Morphology, materials: Materials) -> Jig | None:
+    """Return the jig for all modules of a robot, with room for the longest tails, or None as ``jig``."""
+    design = max(design_cables(morphology, materials), key=lambda d: d.tail)
+    module = LoneModule(design.level, (1,))
+    return jig(design_cables(module, materials)[0], robot_glb(module, materials))
+
+
+def jig_mass(holder: Jig, materials: Materials) -> float:
+    """Return the mass of a jig in kg, printed solid."""
+    return 1e-9 * materials.plastic.density * float(holder.solid.volume())
 
 
 def jig(design: CableDesign, glb: bytes) -> Jig | None:

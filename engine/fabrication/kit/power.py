@@ -29,6 +29,14 @@ WIRES: Final = (
     (12, 3.31),
 )
 """AWG and section in mm2."""
+TETHER: Final = 1.5
+"""Length of the wires to a robot, in m."""
+COPPER: Final = 8960.0
+"""Its density, in kg/m3."""
+INSULATED: Final = 1.5
+"""Mass of a thin stranded wire over that of its copper; assumed."""
+SIGNAL: Final = 28
+"""AWG of the wire for a servo's signal."""
 _CONNECTORS: Final = (
     (3.0, "pin header of 2.54 mm"),
     (10.0, "JST VH"),
@@ -64,6 +72,13 @@ class Power:
     connector: str
     fuse: float
     supply: float
+
+
+def tether_density(servos: int, servo: ServoMotor) -> float:
+    """Return the mass of a metre of a robot's tether in kg: plus, minus, and a signal for each servo."""
+    found = power(servos, servo, TETHER)
+    section = WIRES[-1][1] if found is None else found.section
+    return COPPER * INSULATED * 1e-6 * (2 * section + servos * dict(WIRES)[SIGNAL])
 
 
 def power(servos: int, servo: ServoMotor, length: float) -> Power | None:

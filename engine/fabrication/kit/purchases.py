@@ -1,4 +1,4 @@
-"""What to buy for one module, with typical parts, prices and hours.
+"""What to buy for a module or a robot, with typical parts, prices and hours.
 
 Prices are what such parts usually cost, in euro, with tax and without shipping: our own guess of a date, no
 shop's offer. They are there to tell 60 from 600 euro.
@@ -14,6 +14,7 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cut_lists import stock_plan
+from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.printed_parts import PrintedPart, printed_parts
 from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length
@@ -35,6 +36,10 @@ HOURS: Final = {
     "measuring": 0.75,
 }
 """Of work, for somebody's first module; assumed."""
+AGAIN: Final = 0.5
+"""Part of these hours that a further module takes; assumed."""
+JOINING: Final = 0.25
+"""Hours for each joint of two modules; assumed."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,7 +48,7 @@ class Purchase:
 
     Attributes:
         what: it is.
-        needed: for one module, spares included, as text.
+        needed: spares included, as text.
         typical: a part that fits.
         packs: how many of the usual packs.
         low, high: price of one pack, in euro.
@@ -90,7 +95,7 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
     found.append(
         Purchase(
             f"{materials.plastic.material} filament",
-            f"{1000 * rigid:.0f} g, and 60 g for the jig",
+            f"{1000 * rigid:.0f} g" + (", and 60 g for the jig" if robot_jig(morphology, materials) else ""),
             "1.75 mm, spool of 1 kg",
             1,
             15.0,
@@ -98,12 +103,12 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
             once=True,
         )
     )
-    if materials.cable.form == "printed":
-        grams = f"{1.5 * 1000 * soft:.0f} g, half of it for misprints"
-        found.append(
-            Purchase(materials.cable.material, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True)
-        )
-    else:
+    form = materials.cable.form
+    if soft:
+        name = materials.cable.material if form == "printed" else "flexible filament (TPU), for the links"
+        grams = f"{math.ceil(1.5 * 1000 * soft)} g, half of it for misprints"
+        found.append(Purchase(name, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True))
+    if form == "cord":
         cords: dict[float, float] = {}
         for part in parts(morphology, materials):
             if part.group == "passive cables" and part.diameter is not None and part.length is not None:
@@ -133,10 +138,19 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         Purchase(
             materials.line.elastic,
             f"{2 * len(t.SERVO_NODES) * n} pieces",
-            "assortment",
+            "reel of latex thread of 0.8 mm, 10 m; the limiters' too",
             1,
             2.0,
             6.0,
+            once=True,
+        ),
+        Purchase(
+            "beads of 2 mm, steel wire of 1 mm, toothpicks",
+            f"{2 * len(t.SERVO_NODES) * n} beads, half of them spares",
+            "craft shop",
+            1,
+            3.0,
+            8.0,
             once=True,
         ),
     ]
@@ -148,15 +162,36 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         *found,
         Purchase(materials.board.model, "1", "with USB cable", 1, 5.0, 25.0, once=True),
         Purchase(
-            "supply, fuse with holder, capacitor, wire", "1 each", "table “Power”", 1, 15.0, 35.0, once=True
+            "supply, switch, fuse with holder, capacitor, wire, connectors",
+            "1 each",
+            "table “Power”",
+            1,
+            15.0,
+            35.0,
+            once=True,
+        ),
+        Purchase(
+            "USB camera and a stand, to steer only",
+            "1",
+            "webcam of 1280 × 720 pixels, 60° wide, sharp from 1 m",
+            1,
+            15.0,
+            50.0,
+            once=True,
         ),
     ]
 
 
-def print_hours(printed: tuple[PrintedPart, ...]) -> float:
-    """Return about how many hours a printer takes for parts."""
+def print_hours(printed: tuple[PrintedPart, ...], jig: float = 0.0) -> float:
+    """Return about how many hours a printer takes for parts, and for a jig of a volume in m3."""
     seconds = sum(p.quantity * (p.volume / PRINT_SPEED + PER_PIECE) for p in printed)
-    return seconds / 3600.0
+    return (seconds + jig / PRINT_SPEED) / 3600.0
+
+
+def work_hours(modules: int) -> dict[str, float]:
+    """Return hours of work by what is done, for a robot of so many modules."""
+    found = {what: hours * (1.0 + AGAIN * (modules - 1)) for what, hours in HOURS.items()}
+    return found if modules == 1 else {**found, "joining the modules, checking the robot": JOINING * modules}
 
 
 def total(listed: list[Purchase], *, again: bool = False) -> tuple[float, float]:

@@ -38,6 +38,10 @@ from engine.simulation.physics import MOST_FRICTION
 
 PRESETS: Final = ("latex-cord", "tpu-85a", "silicone-cord")
 """Names of the materials files that ship with the project; the first is the default."""
+SHAFT: Final = (0.0015, 0.0075)
+"""Least and largest height of a servo's shaft over its case in m: drum and screw must hold on it."""
+MODULI: Final = (5e4, 1e9)
+"""Least and largest modulus in Pa that a pull test may give: softer than foam rubber, stiffer than nylon."""
 
 _TABLES: Final[dict[str, type]] = {
     "cable": CableMaterial,
@@ -94,6 +98,7 @@ def parse_materials(text: str, *, file: str) -> Materials:
     _check_cable(tables["cable"], file)
     if tables["servo"].pulse_max <= tables["servo"].pulse_min:
         raise InvalidData(f"{file}: servo.pulse_max_us must be more than servo.pulse_min_us")
+    _check_shaft(tables["servo"], file)
     cut = t.ROD_LENGTH - 2 * CAP_TIP
     if tables["rod"].stock_length < cut:
         raise InvalidData(f"{file}: rod.stock_length_mm must be at least {1e3 * cut:g}, the length of a rod")
@@ -107,6 +112,11 @@ def parse_materials(text: str, *, file: str) -> Materials:
     pull_test = None
     if "pull_test" in content:
         pull_test = read_table(PullTest, content["pull_test"], f"{file}: pull_test")
+        if not MODULI[0] <= pull_test.modulus <= MODULI[1]:
+            raise InvalidData(
+                f"{file}: pull_test gives a modulus of {1e-6 * pull_test.modulus:.3g} MPa, and no cable has"
+                f" less than {1e-6 * MODULI[0]:g} or more than {1e-6 * MODULI[1]:g}: check its figures"
+            )
         tables["cable"] = dataclasses.replace(
             tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
         )
@@ -122,6 +132,17 @@ def parse_materials(text: str, *, file: str) -> Materials:
         feet_test=feet_test,
         **tables,
     )
+
+
+def _check_shaft(servo: ServoMotor, file: str) -> None:
+    stands = servo.ear_height + servo.shaft_height - servo.body_height
+    low, high = SHAFT
+    if not low - 1e-9 <= stands <= high + 1e-9:
+        raise InvalidData(
+            f"{file}: servo: the shaft must stand {1e3 * low:g} to {1e3 * high:g} mm above the case for the"
+            " drum"
+            f" to hold on it: ear_height_mm + shaft_height_mm - body_height_mm, which is {1e3 * stands:.1f}"
+        )
 
 
 def _check_feet(test: FeetTest, file: str) -> None:

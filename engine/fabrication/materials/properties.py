@@ -47,13 +47,13 @@ class CableMaterial:
 
     material: str
     form: CableForm
-    modulus: float = number("mpa")
-    density: float = number("kg_m3")
-    max_strain: float = number("percent")
+    modulus: float = number("mpa", within=(0.05, 1000))
+    density: float = number("kg_m3", within=(100, 5000))
+    max_strain: float = number("percent", within=(1, 2000))
     max_tail: float = number("mm", zero=True)
-    stock_diameters: tuple[float, ...] = number("mm")
+    stock_diameters: tuple[float, ...] = number("mm", within=(0.1, 10))
     k_ref: float | None = number("n_per_m", optional=True)
-    relaxation: float | None = number("percent", zero=True, optional=True)
+    relaxation: float | None = number("percent", zero=True, optional=True, within=(0, 80))
     source: str | None = None
 
     @property
@@ -75,14 +75,14 @@ class Printer:
         clearance: between a hole and what is put into it, on the diameter, in m.
     """
 
-    nozzle: float = number("mm")
-    layer: float = number("mm")
-    min_layers: int = number()
-    min_wall: float = number("mm")
-    bed_x: float = number("mm")
-    bed_y: float = number("mm")
-    bed_z: float = number("mm")
-    clearance: float = number("mm", zero=True)
+    nozzle: float = number("mm", within=(0.1, 1.5))
+    layer: float = number("mm", within=(0.02, 1))
+    min_layers: int = number(within=(1, 50))
+    min_wall: float = number("mm", within=(0.2, 3))
+    bed_x: float = number("mm", within=(30, 5000))
+    bed_y: float = number("mm", within=(30, 5000))
+    bed_z: float = number("mm", within=(30, 5000))
+    clearance: float = number("mm", zero=True, within=(0, 1))
 
     @property
     def least_area(self) -> float:
@@ -103,9 +103,9 @@ class RodStock:
     """
 
     material: str
-    density: float = number("kg_m3")
-    stock_length: float = number("mm")
-    kerf: float = number("mm", zero=True)
+    density: float = number("kg_m3", within=(100, 20000))
+    stock_length: float = number("mm", within=(1, 20000))
+    kerf: float = number("mm", zero=True, within=(0, 20))
     bore: float | None = number("mm", zero=True, optional=True)
 
 
@@ -119,7 +119,7 @@ class Plastic:
     """
 
     material: str
-    density: float = number("kg_m3")
+    density: float = number("kg_m3", within=(100, 10000))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,20 +142,20 @@ class ServoMotor:
     """
 
     model: str
-    mass: float = number("g")
-    body_length: float = number("mm")
-    body_width: float = number("mm")
-    body_height: float = number("mm")
-    ear_height: float = number("mm")
-    shaft_offset: float = number("mm", zero=True)
-    shaft_diameter: float = number("mm")
-    shaft_height: float = number("mm")
-    torque: float = number("n_m")
-    voltage: float = number("v")
-    stall_current: float = number("a")
-    travel: float = number("degrees")
-    pulse_min: float = number("us")
-    pulse_max: float = number("us")
+    mass: float = number("g", within=(1, 20))
+    body_length: float = number("mm", within=(10, 30))
+    body_width: float = number("mm", within=(4, 16))
+    body_height: float = number("mm", within=(8, 35))
+    ear_height: float = number("mm", within=(2, 35))
+    shaft_offset: float = number("mm", zero=True, within=(0, 15))
+    shaft_diameter: float = number("mm", within=(2, 8))
+    shaft_height: float = number("mm", within=(2, 25))
+    torque: float = number("n_m", within=(0.001, 10))
+    voltage: float = number("v", within=(1, 24))
+    stall_current: float = number("a", within=(0.01, 10))
+    travel: float = number("degrees", within=(120, 360))
+    pulse_min: float = number("us", within=(100, 5000))
+    pulse_max: float = number("us", within=(100, 5000))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,8 +171,8 @@ class Line:
 
     material: str
     elastic: str
-    diameter: float = number("mm")
-    linear_density: float = number("kg_m")
+    diameter: float = number("mm", within=(0.05, 1))
+    linear_density: float = number("kg_m", within=(1e-06, 0.01))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,7 +189,7 @@ class BoughtPart:
     model: str
     carried: bool
     note: str
-    mass: float = number("g")
+    mass: float = number("g", within=(0.01, 10000))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,8 +205,8 @@ class Fastener:
 
     model: str
     use: str
-    per_module: int = number()
-    mass: float = number("g", zero=True)
+    per_module: int = number(within=(1, 1000))
+    mass: float = number("g", zero=True, within=(0, 100))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,11 +221,11 @@ class PullTest:
         max_strain: the largest strain from which the specimen sprang back.
     """
 
-    length: float = number("mm")
-    area: float = number("mm2")
-    force: float = number("n")
-    extension: float = number("mm")
-    max_strain: float = number("percent")
+    length: float = number("mm", within=(1, 5000))
+    area: float = number("mm2", within=(0.001, 100))
+    force: float = number("n", within=(0.001, 1000))
+    extension: float = number("mm", within=(0.01, 5000))
+    max_strain: float = number("percent", within=(1, 2000))
 
     @property
     def modulus(self) -> float:

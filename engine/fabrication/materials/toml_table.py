@@ -12,10 +12,23 @@ from engine.errors import InvalidData
 _UNITS: Final = {"mpa": 1e6, "mm": 1e-3, "mm2": 1e-6, "g": 1e-3, "percent": 1e-2}
 
 
-def number(unit: str = "", *, zero: bool = False, optional: bool = False) -> Any:
-    """Describe a number of the file: its unit, whether it may be 0 and whether it may be left out."""
+def number(
+    unit: str = "",
+    *,
+    zero: bool = False,
+    optional: bool = False,
+    within: tuple[float, float] = (0.0, math.inf),
+) -> Any:
+    """Describe a number of the file.
+
+    Args:
+        unit: that its key ends in.
+        zero: whether it may be 0.
+        optional: whether it may be left out.
+        within: least and largest number, in that unit, with which a part can be made.
+    """
     extra: dict[str, Any] = {"default": None} if optional else {}
-    return dataclasses.field(metadata={"unit": unit, "zero": zero}, **extra)
+    return dataclasses.field(metadata={"unit": unit, "zero": zero, "within": within}, **extra)
 
 
 def read_table(kind: type, table: Any, where: str) -> Any:
@@ -68,6 +81,9 @@ def _checked(field: dataclasses.Field[Any], value: Any, where: str) -> float | i
         raise InvalidData(
             f"{where} must {'not be negative' if field.metadata['zero'] else 'be positive'}, not {value!r}"
         )
+    low, high = field.metadata["within"]
+    if not low <= value <= high:
+        raise InvalidData(f"{where} must be from {low:g} to {high:g}, not {value!r}")
     if field.type == "int":
         if type(value) is not int:
             raise InvalidData(f"{where} must be a whole number, not {value!r}")

@@ -30,7 +30,7 @@ _COLOURS: Final = {
     "servo": (40, 80, 160, 255),
     "mount": (230, 120, 40, 255),
     "drum": (240, 200, 60, 255),
-    "ballast": (150, 155, 160, 255),
+    "ballast": (60, 140, 150, 255),
     "line": (200, 60, 60, 255),
     "link": (110, 190, 110, 255),
     "foot": (235, 90, 160, 255),
@@ -59,6 +59,11 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
     scene.shape("servo", sp.servo_body(materials.servo))
     scene.shape("drum", drum.drum_in_place(materials.servo))
     scene.shape("ballast", sp.ballast(materials))
+    for node in t.SERVO_NODES:
+        drum_end, arm, ball = sp.line_path(materials.servo, node)
+        thin = 500 * materials.line.diameter
+        way = solids.bar(drum_end, arm, thin, segments=6) + solids.bar(arm, ball, thin, segments=6)
+        scene.shape("line", way, name=f"way_{node}")
     designs = design_cables(morphology, materials)
     for level in sorted({d.level for d in designs}):
         design = next(d for d in designs if d.level == level)
@@ -91,6 +96,7 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
             scene.add(name, f"{m}_{name}", rotation, middle)
         guide = middle + rotation @ sp.guide_point()
         for node in t.SERVO_NODES:
+            scene.add(f"way_{node}", f"{m}_way_{node}", rotation, middle)
             scene.add_bar("line", f"{m}_servo_{node}", guide, points[node], 500 * materials.line.diameter)
     scene.shape("link", Manifold.cylinder(1.0, 1.0, 1.0, 8))
     for i in range(morphology.n_modules - 1):

@@ -28,7 +28,7 @@ BOSS: Final = (2.2, 6.0)
 """Radius and height of what the wire is glued into."""
 CLIP: Final = 8.0
 """Length of the clip along its rod."""
-_OPENING: Final = 2.5
+OPENING: Final = 2.5
 """Width of the clip's mouth: the rod, 3 mm, snaps in."""
 
 
@@ -44,7 +44,7 @@ def tag_clip(printer: Printer) -> Manifold:
     inner = 1e3 * (t.ROD_RADIUS + printer.clearance / 2)
     outer = inner + 1.6
     ring = solids.cylinder(outer, 0.0, CLIP) - solids.cylinder(inner, -1.0, CLIP + 1.0)
-    ring = ring - solids.box((-outer - 1.0, -_OPENING / 2, -1.0), (0.0, _OPENING / 2, CLIP + 1.0))
+    ring = ring - solids.box((-outer - 1.0, -OPENING / 2, -1.0), (0.0, OPENING / 2, CLIP + 1.0))
     half = BOSS[0]
     boss = solids.box((inner + 0.6, -half, CLIP / 2 - half), (outer + BOSS[1], half, CLIP / 2 + half))
     hole = solids.bar((outer + 0.5, 0.0, CLIP / 2), (outer + 10.0, 0.0, CLIP / 2), WIRE / 2 + 0.05)

@@ -141,18 +141,27 @@ def line_ways(motor: ServoMotor) -> list[list[np.ndarray]]:
 
     The line comes from where it leaves the drum, which moves as the drum turns.
     """
-    towards = np.subtract(drum.FAIRLEAD, drum.SERVO_AXIS)
-    distance, angle = float(np.hypot(*towards)), math.atan2(towards[1], towards[0])
     found = []
     for h in drum.arms(motor).T:
-        ways = []
-        for arm in (h.min(), h.max()):
-            normal = angle + math.acos(arm / distance)
-            leaves = np.add(drum.SERVO_AXIS, arm * np.array([math.cos(normal), math.sin(normal)]))
-            back = leaves - drum.FAIRLEAD
-            ways.append(np.add(drum.FAIRLEAD, 3.0 * back / np.hypot(*back)))
-        found.append(ways)
+        backs = [_leaves_drum(arm) - drum.FAIRLEAD for arm in (h.min(), h.max())]
+        found.append([np.add(drum.FAIRLEAD, 3.0 * back / np.hypot(*back)) for back in backs])
     return found
+
+
+def _leaves_drum(arm: float) -> np.ndarray:
+    """Return (y, z) where a line leaves the drum that passes the servo's axis at a distance."""
+    towards = np.subtract(drum.FAIRLEAD, drum.SERVO_AXIS)
+    distance, angle = float(np.hypot(*towards)), math.atan2(towards[1], towards[0])
+    normal = angle + math.acos(arm / distance)
+    return np.add(drum.SERVO_AXIS, arm * np.array([math.cos(normal), math.sin(normal)]))
+
+
+def line_path(motor: ServoMotor, node: int) -> np.ndarray:
+    """Return (3, 3) the way of a line at command 0: from the drum into the arm, to the ball. In mm."""
+    k = t.SERVO_NODES.index(node)
+    height = drum.DRUM_HEIGHT + drum.groove_heights()[k]
+    leaves = _leaves_drum(float(drum.arms(motor)[0, k]))
+    return np.array([[height, *leaves], [height, 0.0, 0.0], guide_point()])
 
 
 def guide_point() -> np.ndarray:

@@ -50,7 +50,11 @@ BAD = {
     "both": (("--simulate", "RUN", "--port", "COM3"), "leave out --port"),
     "no cell": (("--simulate", "RUN"), "a robot of a run is named by both"),
     "empty cell": (("--simulate", "RUN", "--cell", "99,99"), "lies outside"),
-    "target": (("--simulate", "RUN", "--cell", "CELL", "--target", "9"), "target must be from 0 to 3, not 9"),
+    "target": (("--simulate", "RUN", "--cell", "CELL", "--target", "9"), "target must be from 1 to 4, not 9"),
+    "target 0": (
+        ("--simulate", "RUN", "--cell", "CELL", "--target", "0"),
+        "target must be from 1 to 4, not 0",
+    ),
     "speed": (("--port", "COM3", "--speed", "-1"), "speed must be from 0 to 1000, not -1"),
     "seconds": (("--port", "COM3", "--seconds", "nan"), "seconds must be from 0.1 to 3600, not nan"),
     "page": (("--port", "COM3", "--page", "99999"), "page must be from 0 to 65535"),

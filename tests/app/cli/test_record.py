@@ -28,7 +28,7 @@ def cell(small_reader):
 def test_a_replay_becomes_a_file_of_the_kind_that_its_name_says(small_run, cell, tmp_path, capsys):
     for name, start in (("a.html", b"<!doctype html>"), ("b/c.PNG", b"\x89PNG"), ("d.mp4", None)):
         out = tmp_path / name
-        arguments = (small_run, "--cell", cell[0], "--out", out, "--target", 3, "--speed", 10)
+        arguments = (small_run, "--cell", cell[0], "--out", out, "--target", 4, "--speed", 10)
         assert record(capsys, *arguments) == (0, f"Wrote robot {cell[1]} to {out}\n")
         content = out.read_bytes()
         assert content.startswith(start) if start else content[4:8] == b"ftyp"
@@ -50,8 +50,9 @@ def test_a_trial_may_have_noise_and_a_target_of_its_own(small_run, cell, tmp_pat
     ("arguments", "says"),
     [
         (("--out", "a.gif"), "a recording's name ends in .mp4, .png or .html"),
-        (("--out", "a.html", "--target", "4"), "target must be from 0 to 3, not 4"),
-        (("--out", "a.html", "--repeat", "1"), "repeat must be from 0 to 0, not 1"),
+        (("--out", "a.html", "--target", "0"), "target must be from 1 to 4, not 0"),
+        (("--out", "a.html", "--target", "5"), "target must be from 1 to 4, not 5"),
+        (("--out", "a.html", "--repeat", "2"), "repeat must be from 1 to 1, not 2"),
         (("--out", "a.html", "--fresh", "-1"), "fresh noise must be from 1 to"),
         (("--out", "a.html", "--aim", "ahead"), "such as 30,62, not 'ahead'"),
         (("--out", "a.html", "--aim", "30,400"), "5 to 300 cm from where the head begins, not 400 cm"),

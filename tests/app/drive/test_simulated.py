@@ -93,7 +93,7 @@ def test_a_camera_is_as_inexact_as_the_twin_says(config, made):
 
 
 def test_what_cannot_be_simulated_gets_one_line(config, made):
-    with pytest.raises(InvalidData, match="target must be from 0 to 1, not 2"):
+    with pytest.raises(InvalidData, match="target must be from 1 to 2, not 3"):
         SimulatedRobot(config, made, config.physics, target=2)
     walking = dataclasses.replace(made.solution.morphology, feet="end")
     walker = dataclasses.replace(made, solution=dataclasses.replace(made.solution, morphology=walking))

@@ -36,6 +36,7 @@ SHORT = TrialConfig(repeats=1, settle_time=0.4, open_loop_time=0.4, trial_time=1
 DIFFERENT = Built(
     plain_rod_mass=0.0019,
     servo_rod_mass=0.016,
+    tether_mass=0.001,
     centre_of_mass=(-0.001, -0.014, -0.008),
     stiffness=(1.4,) * 10,
     module_stiffness=(0.9, 1.1),
@@ -102,7 +103,7 @@ def test_both_simulators_simulate_the_same_robot(built: Built) -> None:
 
 def test_a_model_has_the_figures() -> None:
     model = build_robot(BODY, as_built(Physics(), DIFFERENT)).model
-    assert model.body("m0_rod0").mass == pytest.approx(0.16)
+    assert model.body("m0_rod0").mass == pytest.approx(0.17)  # with its tether
     assert model.body("m0_rod1").mass == pytest.approx(0.019)
     assert model.body("m1_rod0").ipos == pytest.approx((-0.001, -0.014, -0.008))
     k = t.stiffness_n_per_m(0.3) * 1.4
@@ -221,8 +222,10 @@ def test_feet_of_robots_as_built_grip_backward_and_differ() -> None:
 
 def test_files_tell_of_built_feet_only_where_they_are_known() -> None:
     old = physics_to_json(as_built(Physics(), Built(line_limit=0.0), Spread(mass=0.1)))
-    assert not {"feet_forward", "feet_backward"} & {*old["built"], *old["spread"]}
-    new = as_built(Physics(), Built(feet_forward=0.2, feet_backward=0.6), Spread(feet_forward=0.1))
+    assert not {"feet_forward", "feet_backward", "tether_mass"} & {*old["built"], *old["spread"]}
+    new = as_built(
+        Physics(), Built(feet_forward=0.2, feet_backward=0.6, tether_mass=0.001), Spread(feet_forward=0.1)
+    )
     assert physics_from_json(physics_to_json(new)) == new
     assert physics_from_json(old).built == Built(line_limit=0.0)
 
@@ -233,6 +236,7 @@ def test_files_tell_of_built_feet_only_where_they_are_known() -> None:
         ({"plain_rod_mass": 0.0}, "plain_rod_mass must be positive"),
         ({"line_limit": -1.0}, "line_limit must not be negative"),
         ({"feet_forward": -0.1}, "feet_forward must not be negative"),
+        ({"tether_mass": -0.03}, "tether_mass must not lift the robot"),
         ({"sensing_delay": 9.0}, "sensing_delay must be from 0 to 5 s"),
         ({"stiffness": (1.0,)}, "stiffness must not have 1 numbers"),
         ({"stiffness": (-1.0,) * 10}, "must be positive"),

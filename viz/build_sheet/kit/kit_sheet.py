@@ -6,14 +6,15 @@ import dataclasses
 
 from reportlab.platypus import Flowable, Paragraph
 
+from engine.fabrication.dimensions.limiter import has_limiter
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import Materials
-from viz.build_sheet import blocks, style
+from viz.build_sheet import blocks, part_drawings, style
 from viz.build_sheet.document import PageLayout, on_pages_of_their_own, typeset
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.kit import costs, steps
 from viz.build_sheet.kit.scene_pictures import ScenePictures
-from viz.build_sheet.sections import assembly, bill_of_materials, cut_list, net, shopping, wiring
+from viz.build_sheet.sections import assembly, bill_of_materials, checks, cut_list, net, shopping, wiring
 from viz.build_sheet.style import PaperName
 
 
@@ -43,15 +44,19 @@ def kit_sheet(
     alone = lone_facts(facts)
     n = facts.morphology.n_modules
     sections: tuple[list[Flowable], ...] = (
-        _title(facts, bool(scene.matching(["jig*"]))),
+        [*_title(facts, bool(scene.matching(["jig*"]))), *checks.safety(alone, materials)],
         [
             *shopping.pages(alone, materials, sheet),
             *bill_of_materials.pages(alone, materials, sheet),
             *cut_list.pages(alone, materials, sheet),
         ],
-        costs.pages(alone.morphology, sorted({1, 2, 4, 6, 8, 10, n}), materials, text, sheet),
+        [
+            *costs.pages(alone.morphology, sorted({1, 2, 4, 6, 8, 10, n}), materials, sheet),
+            costs.measuring(text, sheet),
+        ],
+        part_drawings.pages(alone, materials, sheet),
         net.pages(alone, materials, sheet),
-        steps.pages(scene, sheet),
+        steps.pages(scene, sheet, limited=has_limiter(materials)),
         assembly.pages(alone, materials, sheet),
         wiring.pages(alone, materials, sheet),
     )
@@ -80,9 +85,13 @@ def _title(facts: Facts, jig: bool) -> list[Flowable]:
                 "Export again with --materials measured.toml, and print the parts.",
                 "Print net_tiles.pdf at 100 %, lay its crosses over each other, glue the sheets to a board:"
                 " the net is made on it, or laid on it to be numbered.",
+                "Read “Safety”. Wire the servo and load the sketch of the folder firmware (“Wiring”,"
+                " “Program”):"
+                " it has the whole robot's pins, and this module is the one at the first of them. Calibrate"
+                " the"
+                " servo before it is built in: the drum goes on at 0°.",
                 "Build the module picture by picture; the text is under “Build one module”.",
-                "Load the sketch of the folder firmware, which has the whole robot's pins: this module is the"
-                " one at the first of them. Compare what it measures with “What a finished module measures”.",
+                "Compare what it measures with “What a finished module measures”, at once and a day later.",
                 "If it does, order and build the others: the robot's own folder has the parts of all.",
             ],
             numbered=True,

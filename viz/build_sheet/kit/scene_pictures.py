@@ -19,6 +19,10 @@ LINES: Final = "*_servo_*"
 """Names of the servo's lines, which are thinner than a picture can show."""
 THICKER: Final = 4.0
 """Times that they are drawn thicker."""
+WAYS: Final = "*_way_*"
+"""Names of the lines' ways from the drum to the ball."""
+SWOLLEN: Final = 0.0004
+"""By which their surface is moved outwards in m, so that one sees them."""
 LIGHT: Final = np.array([0.35, 0.5, 0.79])
 """Direction to the light in the picture: right, up, towards whoever looks."""
 GHOST: Final = np.array([206.0, 212.0, 219.0])
@@ -42,7 +46,10 @@ class ScenePictures:
             if fnmatch.fnmatchcase(name, LINES):
                 place = place @ np.diag([THICKER, THICKER, 1.0, 1.0])
             mesh = scene.geometry[geometry]
-            corners = trimesh.transform_points(mesh.vertices, place)[mesh.faces]
+            vertices = mesh.vertices
+            if fnmatch.fnmatchcase(name, WAYS):
+                vertices = vertices + SWOLLEN * mesh.vertex_normals
+            corners = trimesh.transform_points(vertices, place)[mesh.faces]
             # glTF has y up, pictures have z up
             corners = np.stack([corners[..., 0], -corners[..., 2], corners[..., 1]], axis=-1)
             color = np.array(mesh.visual.material.baseColorFactor[:3], dtype=float)
@@ -94,17 +101,34 @@ class ScenePictures:
             size: width and height in pixels.
             around: (n, 3) points that the picture fits, in m.
         """
+        image = self._drawn(camera, new, there, tuple(ENLARGED * s for s in size), around)
+        return image.reduce(ENLARGED)
+
+    def seen(
+        self, camera: OrthographicCamera, new: Iterable[str], there: Iterable[str], around: np.ndarray
+    ) -> int:
+        """Return on how much of a small picture one sees parts that are in colour, in pixels."""
+        image = np.asarray(self._drawn(camera, new, there, (180, 150), around)).astype(int)
+        return int((np.ptp(image, axis=2) > 40).sum())
+
+    def _drawn(
+        self,
+        camera: OrthographicCamera,
+        new: Iterable[str],
+        there: Iterable[str],
+        size: tuple[int, ...],
+        around: np.ndarray,
+    ) -> Image.Image:
         triangles, colors = [], []
         for names, grey in ((there, True), (new, False)):
             for name in names:
                 corners, color = self._parts[name]
                 triangles.append(corners)
                 colors.append(np.broadcast_to(GHOST if grey else color, (len(corners), 3)))
-        wide, high = (ENLARGED * s for s in size)
-        image = Image.new("RGB", (wide, high), "white")
+        image = Image.new("RGB", (size[0], size[1]), "white")
         if triangles:
             self._paint(image, camera, np.concatenate(triangles), np.concatenate(colors), around)
-        return image.reduce(ENLARGED)
+        return image
 
     def _paint(
         self,
@@ -124,18 +148,31 @@ class ScenePictures:
         normals = normals[front] / length[front, None]
         bright = 0.55 + 0.45 * np.clip(normals @ LIGHT, 0.0, 1.0)
         shades = np.rint(colors * bright[:, None]).astype(int)
-        flat = camera.flat(around)
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        room = np.array(image.size) * 0.92
-        scale = float((room / np.maximum(high - low, 1e-6)).min())
-        middle = (low + high) / 2
-        x = (seen[..., 0] - middle[0]) * scale + image.width / 2
-        y = image.height / 2 - (seen[..., 1] - middle[1]) * scale
+        x, y = np.moveaxis(on_picture(camera, seen @ axes, around, image.size), -1, 0)
+        y = image.height - y
         draw = ImageDraw.Draw(image)
         order = np.argsort(np.round(seen[..., 2].mean(axis=1), 7), kind="stable")
         for k in order:
             color = tuple(shades[k].tolist())
             draw.polygon(list(zip(x[k].tolist(), y[k].tolist(), strict=True)), fill=color, outline=color)
+
+
+def on_picture(
+    camera: OrthographicCamera, points: np.ndarray, around: np.ndarray, size: tuple[float, float]
+) -> np.ndarray:
+    """Return (..., 2) where points (..., 3) appear on a picture of a size, from its lower left corner.
+
+    Args:
+        camera: looks at them.
+        points: in m.
+        around: (n, 3) points that the picture fits, in m.
+        size: width and height, in any unit.
+    """
+    flat = camera.flat(around)
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    room = np.array(size)
+    scale = float((0.92 * room / np.maximum(high - low, 1e-6)).min())
+    return np.asarray((camera.flat(points) - (low + high) / 2) * scale + room / 2)
 
 
 def _divided(triangles: np.ndarray) -> np.ndarray:

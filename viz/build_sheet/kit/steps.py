@@ -3,25 +3,45 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Final
 
+import numpy as np
 from reportlab.lib.utils import ImageReader
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from viz.build_sheet import blocks
-from viz.build_sheet.kit.scene_pictures import ScenePictures
+from viz.build_sheet.kit.scene_pictures import ScenePictures, on_picture
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.scene import OrthographicCamera
 from viz.build_sheet.style import Paper
 
-SIZE: Final = (460, 400)
+SIZE: Final = (640, 500)
 """Of a picture, in pixels."""
-COLUMNS: Final = 3
+COLUMNS: Final = 2
 CAMERA: Final = OrthographicCamera.looking(-30.0, 25.0)
-BENCH: Final = OrthographicCamera.looking(40.0, 20.0)
-"""Looks at the servo before it is in the module."""
-KNOWN: Final = ("*_rod*", "*_cap_*", "*_cable_*", "*_servo*", "*_mount*", "*_drum*", "jig*")
+BEHIND: Final = OrthographicCamera.looking(150.0, 25.0)
+"""Takes the picture of what is hidden from the usual one."""
+HIDDEN: Final = 20
+"""Fewest pixels of what is new that the usual camera must see on a small picture."""
+BENCH: Final = tuple(
+    OrthographicCamera.looking(azimuth, elevation)
+    for elevation in (20.0, 50.0)
+    for azimuth in (40, 130, 220, 310)
+)
+"""Look at the servo; the one that sees most of what is new takes the picture."""
+KNOWN: Final = (
+    "*_rod*",
+    "*_cap_*",
+    "*_cable_*",
+    "*_servo*",
+    "*_way_*",
+    "*_mount*",
+    "*_drum*",
+    "*_ballast*",
+    "jig*",
+)
 SERVO: Final = f"*_rod{t.SERVO_ROD}"
 
 
@@ -33,53 +53,86 @@ class Action:
         text: what is done.
         new: patterns of the names of the parts that it adds or handles.
         gone: patterns of parts that are taken away.
-        close: whether the picture shows only what has been built so far, from the servo's side.
+        close: patterns of the parts that the picture shows large; none for the whole module.
+        nodes: that are numbered on the picture.
     """
 
     text: str
     new: tuple[str, ...]
     gone: tuple[str, ...] = ()
-    close: bool = False
+    close: tuple[str, ...] = ()
+    nodes: tuple[int, ...] = ()
+
+    @property
+    def caps(self) -> bool:
+        """Whether it adds caps, which are small."""
+        return any("_cap_" in name for name in self.new)
 
 
-def actions(scene: ScenePictures) -> list[Action]:
-    """Return the actions from the first part to the last; together they add every part of the scene."""
+def actions(scene: ScenePictures, *, limited: bool) -> list[Action]:
+    """Return the actions from the first part to the last; together they add every part of the scene.
+
+    Args:
+        scene: the module, in its jig if it has one.
+        limited: whether its rods hold limiters.
+    """
     r0, (a, b) = t.SERVO_ROD, t.RODS[t.SERVO_ROD]
-    rest = sorted(set(scene.names) - set(scene.matching(KNOWN)))
+    rest = tuple(sorted(set(scene.names) - set(scene.matching(KNOWN))))
+    # parts that the list does not know belong to the servo
+    bench = ("*_mount*", "*_servo", *rest)
     found = [
-        # parts that this list does not know belong to the servo
-        Action("Servo into the cradle of its mount", ("*_mount*", "*_servo", *rest), close=True),
-        Action("Counterweight into its cup", ("*_ballast*",), close=True),
-        Action("Drum on the servo's shaft", ("*_drum*",), close=True),
-        Action(f"Both pieces of rod {r0} into the mount, the short one at {a}", (SERVO,), close=True),
+        Action("Servo into the cradle of its mount: glue it", bench, close=bench),
+        Action("Counterweight into its cup: glue it", ("*_ballast*",), close=bench),
+        Action("Servo at a0: drum on its shaft, screw it on", ("*_drum*",), close=(*bench, "*_drum*")),
+        Action(
+            f"Both pieces of rod {r0} into the mount, the short one at {a}",
+            (SERVO,),
+            close=(SERVO,),
+            nodes=(a, b),
+        ),
     ]
     jig = scene.matching(["jig*"])
     unit = tuple(scene.matching([p for action in found for p in action.new]))
+    plain = tuple(r for r in range(len(t.RODS)) if r != r0)
     if jig:
         found.append(Action("Jig on the table", ("jig*",), gone=unit))
     into = "into the jig" if jig else "in its place"
-    found.append(Action(f"Rod {r0} with the servo {into}: nodes {a} and {b}", unit))
-    for r, (a, b) in enumerate(t.RODS):
-        if r != r0:
-            found.append(Action(f"Rod {r} {into}: nodes {a} and {b}", (f"*_rod{r}",)))
+    found.append(Action(f"Rod {r0} with the servo {into}: nodes {a} and {b}", unit, nodes=(a, b)))
+    holding = ", its limiter inside," if limited else ""
+    for r in plain:
+        found.append(
+            Action(f"Rod {r}{holding} {into}: nodes {_both(t.RODS[r])}", (f"*_rod{r}",), nodes=t.RODS[r])
+        )
     done: set[int] = set()
-    for r, (a, b) in enumerate(t.RODS):
-        done |= {a, b}
-        cables = [f"*_cable_{p}_{q}" for p, q in t.CABLES if {p, q} <= done and {p, q} & {a, b}]
-        found.append(Action(f"Net: {a} and {b} over the ends of rod {r}", (f"*_rod{r}", *cables)))
-    for r, (a, b) in enumerate(t.RODS):
-        found.append(Action(f"Caps on rod {r}: {a}, then {b}", (f"*_cap_{a}", f"*_cap_{b}")))
+    for r, ends in enumerate(t.RODS):
+        done |= {*ends}
+        cables = [f"*_cable_{p}_{q}" for p, q in t.CABLES if {p, q} <= done and {p, q} & {*ends}]
+        text = f"Net: {_both(ends)} over the ends of rod {r}"
+        found.append(Action(text, (f"*_rod{r}", *cables), nodes=ends))
+    late = list(range(2 * len(t.RODS)))
+    if limited:
+        for n in sorted(t.SERVO_NODES):
+            text = f"Cap on node {n}, the limiter's line out of its slanting hole; bead on the line"
+            found.append(Action(text, (f"*_cap_{n}",), nodes=(n,)))
+            late.remove(n)
+        rods = tuple(f"*_rod{r}" for r in plain)
+        found.append(Action("Adjust the five limiters with a weight, wedge them", rods, nodes=t.SERVO_NODES))
+    for ends in t.RODS:
+        caps = tuple(n for n in ends if n in late)
+        text = f"Cap{'s' if len(caps) > 1 else ''} on {' then '.join(map(str, caps))}: the net is stretched"
+        found.append(Action(text, tuple(f"*_cap_{n}" for n in caps), nodes=caps))
     if jig:
         found.append(Action("Out of the jig: pull it straight up", (), gone=("jig*",)))
-    found += [
-        Action(f"Line from the drum through the guide to node {n}", (f"*_servo_{n}",)) for n in t.SERVO_NODES
-    ]
+    for n in t.SERVO_NODES:
+        text = f"Line: from its groove into the arm, out of the ball, to node {n}"
+        new = (f"*_way_{n}", f"*_servo_{n}")
+        found.append(Action(text, new, close=("*_drum*", *bench, *new), nodes=(n,)))
     return found
 
 
-def pages(scene: ScenePictures, paper: Paper) -> list[Flowable]:
-    """Return the section."""
-    made = actions(scene)
+def pages(scene: ScenePictures, paper: Paper, *, limited: bool) -> list[Flowable]:
+    """Return the section; arguments as for ``actions``."""
+    made = actions(scene, limited=limited)
     width = paper.inner_width / COLUMNS
     there: list[str] = []
     pictures: list[Flowable] = []
@@ -91,13 +144,11 @@ def pages(scene: ScenePictures, paper: Paper) -> list[Flowable]:
         before = [name for name in there if name not in new]
         if not new:  # for good
             shown = [name for name in shown if name not in gone]
-        within = [*before, *new] if action.close else shown
-        image = ImageReader(
-            scene.picture(
-                BENCH if action.close else CAMERA, new, before, size=SIZE, around=scene.points(within)
-            )
-        )
-        pictures.append(_picture(k, action.text, image, width - 6))
+        around = scene.points(scene.matching(action.close) if action.close else shown)
+        camera = camera_for(scene, action, before, around)
+        image = ImageReader(scene.picture(camera, new, before, size=SIZE, around=around))
+        text = f"{k}. {action.text}" + (" (seen from behind)" if camera is BEHIND else "")
+        pictures.append(_picture(text, action, scene, (camera, around), image, width - 8))
         there = [*before, *new]
     return [
         blocks.heading("Picture by picture"),
@@ -109,19 +160,58 @@ def pages(scene: ScenePictures, paper: Paper) -> list[Flowable]:
     ]
 
 
-def _picture(number: int, text: str, image: ImageReader, width: float) -> Flowable:
+def camera_for(
+    scene: ScenePictures, action: Action, there: list[str], around: np.ndarray
+) -> OrthographicCamera:
+    """Return the camera that sees what an action adds: every pattern of it, if it looks from near.
+
+    Args:
+        scene: of the module.
+        action: to show.
+        there: names of the parts that are there already.
+        around: (n, 3) points that the picture fits, in m.
+    """
+
+    def sees(camera: OrthographicCamera, patterns: tuple[str, ...]) -> int:
+        new = scene.matching(patterns)
+        return scene.seen(camera, new, [*there, *(set(scene.matching(action.new)) - set(new))], around)
+
+    if action.close:
+        return max(BENCH, key=lambda c: math.prod(1 + sees(c, (p,)) for p in action.new))
+    hidden = action.caps and sees(CAMERA, action.new) < HIDDEN * len(action.new)
+    return BEHIND if hidden else CAMERA
+
+
+def _both(nodes: tuple[int, ...]) -> str:
+    return " and ".join(map(str, nodes))
+
+
+def _picture(
+    caption: str,
+    action: Action,
+    scene: ScenePictures,
+    view: tuple[OrthographicCamera, np.ndarray],
+    image: ImageReader,
+    width: float,
+) -> Flowable:
     height = width * SIZE[1] / SIZE[0]
+    camera, around = view
 
     def draw(pen: Pen) -> None:
         pen.canvas.drawImage(image, 0, 26, width, height)
-        lines = _lines(f"{number}. {text}")
-        for k, line in enumerate(lines):
+        for node in action.nodes:
+            x, y = on_picture(camera, scene.middle(f"*_cap_{node}"), around, (width, height))
+            away = np.array([x, y]) - (width / 2, height / 2)
+            x, y = np.array([x, y]) + 11 * away / max(float(np.hypot(*away)), 1e-6)
+            x, y = np.clip([x, y], 8, (width - 8, height - 8))
+            pen.text(float(x), float(y) + 23, str(node), bold=True, size=9, align="centre", halo=True)
+        for k, line in enumerate(_lines(caption)):
             pen.text(0, 16 - 10 * k, line, size=8, bold=True)
 
-    return Picture(width, height + 26, draw, f"action {number}")
+    return Picture(width, height + 26, draw, f"action {caption}")
 
 
-def _lines(text: str, most: int = 32) -> list[str]:
+def _lines(text: str, most: int = 50) -> list[str]:
     """Return a text in lines of so many letters at most."""
     lines = [""]
     for word in text.split():

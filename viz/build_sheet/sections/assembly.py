@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from engine.body import module as t
 from engine.fabrication.dimensions import tolerances
 from engine.fabrication.dimensions.acceptance import RODS, SPAN, expected, pull
-from engine.fabrication.dimensions.cables import CableDesign, design_cables
+from engine.fabrication.dimensions.cables import KNOT_LEFT, CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.dimensions.limiter import has_limiter
+from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.net import EYELET_HOLE
@@ -68,14 +69,20 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     n = facts.morphology.n_modules
     unlike = len(set(facts.morphology.stiffness_levels)) > 1
     return [
-        blocks.heading(f"Build one module (do this {n} times)"),
+        blocks.heading("Build one module" + (f" (do this {n} times)" if n > 1 else "")),
         blocks.body(
-            "All modules are built in the same way"
-            + ("; the cut list says which net, caps or cords go into which" if unlike else "")
-            + ". In the pictures, what a step adds is in colour, what is there already is grey; numbers"
+            (
+                "All modules are built in the same way"
+                + ("; the cut list says which net, caps or cords go into which" if unlike else "")
+                + ". "
+                if n > 1
+                else ""
+            )
+            + "In the pictures, what a step adds is in colour, what is there already is grey; numbers"
             " are nodes (rod ends). Wear eye protection from step 6 on."
         ),
         *steps,
+        blocks.together([blocks.subheading("Knots"), *blocks.bullets(_knots(materials))]),
         blocks.together(
             [
                 blocks.subheading("What a finished module measures"),
@@ -83,7 +90,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 _contraction(facts, paper.inner_width),
                 blocks.gap(2),
                 blocks.note(
-                    "Simulated, without weight: hold the module by rod 0 and measure with calipers from cap"
+                    "Simulated, for a module that has stood for a day, without weight: hold the module by"
+                    " rod 0 and measure with calipers from cap"
                     " to cap, where the cables leave (the node). <b>Shrinks too little:</b> a line slips or"
                     " is too long at 0°, its elastic is too soft, or the cables are too stiff. <b>Too much,"
                     " or a0 is off already:</b> a line is too short, or the cables are too soft. If the lines"
@@ -93,6 +101,21 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 ),
             ]
         ),
+    ]
+
+
+def _knots(materials: Materials) -> list[str]:
+    """Return which knot goes where."""
+    cord = (
+        "<b>Passive cable:</b> double the cord's end back and tie an overhand knot, so that a loop is left."
+        f" The knot's place counts. Wet it, pull it tight, trim the end to {1000 * KNOT_LEFT:.0f} mm."
+    )
+    return [
+        *([cord] if materials.cable.form == "cord" else []),
+        "<b>Line:</b> braided polyethylene slips. Stop an end with a figure-eight knot; make a loop with a"
+        " double overhand knot; put a drop of cyanoacrylate on both.",
+        "<b>Latex thread to line:</b> an overhand knot in the thread's end, and behind it the line, two turns"
+        " round the thread and two half hitches. No glue on latex: it turns brittle.",
     ]
 
 
@@ -111,8 +134,9 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         )
     else:
         ready = (
-            "Tie 24 cords to a net: print the file of the folder net at 100 %, fix it on a board with a nail"
-            " in every ring, lay a cord along every line and knot it to a loop round the nails,"
+            "Tie 24 cords to a net: print net_tiles…pdf at 100 %, lay the crosses of its sheets over each"
+            " other, glue them on a board, drive a nail into every ring, lay a cord along every line and"
+            " knot it to a loop round the nails,"
             f" {1000 * design.path:.1f} mm from knot to knot, not stretched. Write the node numbers beside"
             " the loops; the upper side becomes the outside."
         )
@@ -123,11 +147,24 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
     inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]
     every = (0, 1, 2, 3, 4, 5)
+    limited = has_limiter(materials)
+    lines = ", ".join(map(str, sorted(t.SERVO_NODES)[:-1])) + f" and {max(t.SERVO_NODES)}"
+    holder = robot_jig(facts.morphology, materials)
+    held = (
+        "Snap the rods into the jig (parts/jig.stl), which holds all six until the caps are on."
+        if holder is not None
+        else "A second person holds the rods until the caps are on: no jig fits beside this servo."
+    )
     return [
         Step(
             "Prepare the rods",
             "Cut six rods (cut list), sand the ends, write the node numbers on both ends: rod 0 has nodes 0"
-            f" and 1, rod 1 nodes 2 and 3, and so on up to rod 5 with 10 and 11. {ready}",
+            f" and 1, rod 1 nodes 2 and 3, and so on up to rod 5 with 10 and 11. {ready}"
+            + (
+                " Draw a limiter (“Wiring”) into each of the rods 1 to 5, and tape its two lines to the ends."
+                if limited
+                else ""
+            ),
             every,
         ),
         Step(
@@ -144,8 +181,9 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "First pair: rods 0 and 1",
-            f"Pull {rings} of nodes 0 to 3 over the rod ends of these numbers, about 5 mm far: the net stays"
-            f" slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished module these"
+            f"{held} Pull {rings} of nodes 0 to 3 over the rod ends of these numbers, about 5 mm far: the net"
+            f" stays slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished"
+            " module these"
             f" two rods are parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
         ),
@@ -167,12 +205,18 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
         ),
         Step(
             "Caps: they stretch the net",
-            "On each end, one rod after the other: a drop of glue into the cap, push it over the rod until"
-            f" the rod meets its bottom. Its sleeve drives the {ring} to {tail} (±"
+            "No glue yet: the cables hold the caps. Push each over its rod until the rod meets its"
+            f" bottom, one after the other. Its sleeve drives the {ring} to {tail} (±"
             f" {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the four notches of"
             f" the crown; the two notches {inner:.0f}° apart look to the module's middle, the two"
-            f" {outer:.0f}° apart away from it. Nothing is to be tightened: the lengths make the tension. The"
-            " last ends need most force: a second person holds the rods.",
+            f" {outer:.0f}° apart away from it."
+            + (
+                f" Begin with nodes {lines}: their limiter's line comes out of the cap's slanting hole, and"
+                " gets its bead; then adjust these limiters (“Wiring”), before the other seven caps."
+                if limited
+                else ""
+            )
+            + " Nothing is to be tightened: the lengths make the tension. The last ends need most force.",
             (),
             detail=lambda pen: draw_rod_end(pen, design, materials),
         ),
@@ -181,7 +225,7 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             f"Turn rod 0 in its caps until the ball points to the middle between nodes {opposite[0]} and"
             f" {opposite[1]}. Lead each line with a needle from its groove straight into the hole of the arm"
             " at the same height, on to the ball, and out of the hole that looks to its node. Tie on the"
-            " elastic (“Wiring”) and a small loop of line;"
+            " elastic (“Wiring”) and a small loop of line (“Knots”);"
             f" from first knot to loop's end at most {1000 * elastic_length():.0f} mm. At a0, hang"
             f" {1000 * t.SERVO_OFFSET / GRAVITY:.0f} g on the loop: from ball to loop it must measure what"
             f" the table under “Wiring” says for 0°, ± {1000 * tolerances.INTERNAL_CABLE:.1f} mm. Then put"
@@ -199,9 +243,13 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             CHECK,
             "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs"
             f" at right angles. Node to node along a cable it measures {_centi(_span(design))} cm. If two"
-            " cables cross, take the last caps off and put the rod in again. Weigh it"
+            " cables cross, pull the last caps off and put the rod in again. Weigh it"
             f" ({1000 * balance.built / n:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180 and"
-            " compare with the table below. Write its number on the servo mount.",
+            " compare with the table below, and again a day later: the material gives way by"
+            f" {100 * materials.cable.relaxation_after_a_day:.0f} %, which the design allows for. If all is"
+            " right then, a"
+            " drop of cyanoacrylate at the lower edge of every cap keeps it from turning. Write its number on"
+            " the servo mount.",
             (),
             every,
         ),

@@ -21,14 +21,18 @@ from viz.build_sheet.style import Paper
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     """Return the section."""
     return [
-        blocks.heading("Safety"),
-        *blocks.bullets(_safety(facts, materials)),
+        *safety(facts, materials),
         blocks.heading("Tolerances"),
         _tolerances(facts, materials, paper.inner_width),
         blocks.heading("Checks"),
         blocks.body("Tick each; do not go on if one fails."),
         _checks(facts, paper.inner_width),
     ]
+
+
+def safety(facts: Facts, materials: Materials) -> list[Flowable]:
+    """Return what a builder must know before anything else."""
+    return [blocks.heading("Safety"), *blocks.bullets(_safety(facts, materials))]
 
 
 def _safety(facts: Facts, materials: Materials) -> list[str]:
@@ -145,7 +149,7 @@ def _checks(facts: Facts, width: float) -> Flowable:
         ),
         (
             "Every module",
-            "Step 8 of its assembly: shape, mass, and what it measures at a0 and a180.",
+            "Step 8 of its assembly: shape, mass, and what it measures at a0 and a180, again a day later.",
         ),
         (
             "Joints",
@@ -167,7 +171,7 @@ def _checks(facts: Facts, width: float) -> Flowable:
         (
             "Rhythm",
             "Type g, without a computer that tells it where the target is. The monitor says “state settling”"
-            f" and, after {facts.config.trials.settle_time:g} s, “state gait”: every module contracts and"
+            f" and, after {facts.config.trials.settle_time:g} s, “state gait1”: every module contracts and"
             " releases as in a simulated trial; nothing rubs, no line leaves its groove. Type s to stop.",
         ),
         (

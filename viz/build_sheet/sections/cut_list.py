@@ -86,7 +86,9 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
             f"Material: {style.escaped(materials.cable.material)}, secant modulus"
             f" {materials.cable.modulus / 1e6:g} MPa, springs back up to"
             f" {100 * materials.cable.max_strain:.0f} % ({materials.cable_source}). The section follows from"
-            " stiffness k, free length L and modulus E: A = k L / E. At both ends a cable goes on along its"
+            " stiffness k, free length L and modulus E: A = k L / E, E less"
+            f" {100 * materials.cable.relaxation_after_a_day:.0f} %, by which the material gives way in a"
+            " day. At both ends a cable goes on along its"
             " rod by the stated tail, which is part of the spring; the rest length is that between the rods'"
             " ends."
         ),
@@ -94,7 +96,7 @@ def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
     for level in dict.fromkeys(facts.morphology.stiffness_levels):
         modules = [d.module for d in designs if d.level == level]
         chosen = [c for c in every if c.module == modules[0]]
-        parts += _cable_table(chosen, modules, facts, materials, width)
+        parts += _cable_table(chosen, modules, materials, width)
     return [*parts, blocks.together(_pull_test(facts, materials))]
 
 
@@ -142,7 +144,7 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
 
 
 def _cable_table(
-    chosen: list[Cable], modules: list[int], facts: Facts, materials: Materials, width: float
+    chosen: list[Cable], modules: list[int], materials: Materials, width: float
 ) -> list[Flowable]:
     cord = materials.cable.form == "cord"
     rows = []
@@ -181,8 +183,7 @@ def _cable_table(
                 blocks.note(
                     "Between the rods' ends: built = in the finished module without load, servo off; rest ="
                     " where the cable begins to pull; tension = in the finished module. The file"
-                    f" tables/cables.csv lists the cables of all {facts.morphology.n_modules} modules one by"
-                    " one."
+                    " tables/cables.csv lists every cable of every module."
                 ),
             ]
         )

@@ -11,7 +11,11 @@ from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.buildability import problems
 from engine.fabrication.dimensions.cut_lists import stock_plan
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
-from engine.fabrication.materials import Materials
+from engine.fabrication.kit.jig import jig_mass, robot_jig
+from engine.fabrication.kit.power import SIGNAL, TETHER, power
+from engine.fabrication.materials import Materials, ServoMotor
+from engine.fabrication.parts import solids
+from engine.fabrication.parts.head_tag import WIRE, WIRE_LENGTH
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import (
     BALLAST_RADIUS,
@@ -58,8 +62,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 blocks.note(
                     "Every part as .3mf, which knows its unit, and as .stl, to be read in mm. Masses are of"
                     f" solid parts: print with {1e3 * printer.nozzle:g} mm nozzle, layers of"
-                    f" {1e3 * printer.layer:g} mm, 100 % filled, temperatures as on the spool, flexible parts"
-                    f" slowly (20 mm/s). {first} Then one cap: it must slide on a rod without force and not"
+                    f" {1e3 * printer.layer:g} mm, 100 % filled, as “Filament settings to begin with” says."
+                    f" {first} Then one cap: it must slide on a rod without force and not"
                     f" wobble ({1e3 * printer.clearance:g} mm of play); if not, change clearance_mm in the"
                     " materials file and export again."
                 ),
@@ -77,7 +81,8 @@ def _problems(facts: Facts, materials: Materials) -> list[Flowable]:
         text = style.escaped(problem.text)
         found.append(
             blocks.warning(
-                f"<b>Cannot be made as asked (modules {where}).</b> {text} What would work: {cures}."
+                f"<b>Cannot be made as asked (module{'s' if len(problem.modules) > 1 else ''} {where}).</b>"
+                f" {text} What would work: {cures}."
             )
         )
     return found
@@ -101,6 +106,9 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         (False, f"{materials.plastic.material} filament"),
     ):
         grams = SPARE * 1000 * sum(p.quantity * p.mass for p in printed if p.flexible == flexible)
+        holder = robot_jig(facts.morphology, materials)
+        if holder is not None and not flexible:
+            grams += SPARE * 1000 * jig_mass(holder, materials)
         if grams:
             rows.append([style.escaped(name), f"{math.ceil(grams)} g", "with a quarter more for misprints"])
     if materials.cable.form == "cord":
@@ -126,13 +134,21 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         [style.escaped(materials.line.material), f"{math.ceil(SPARE * line)} m", "internal cables, joints"],
         [
             style.escaped(materials.line.elastic),
-            f"{len(t.SERVO_NODES) * n} pieces of {1000 * elastic_length():.0f} mm at most",
-            "one in every internal cable; chosen by hanging a weight on it (“Wiring”)",
+            f"{len(t.SERVO_NODES) * n} pieces of 50 mm",
+            f"one in every internal cable, tied at most {1000 * elastic_length():.0f} mm long with its loop;"
+            " checked by hanging a weight on it (“Wiring”)",
         ],
     ]
     if has_limiter(materials):
         each = f"{len(t.SERVO_NODES) * n} pieces of {1000 * THREAD / STRETCHED + 40:.0f} mm"
         rows.append(["latex thread, Ø 0.8 mm, and as many beads of 2 mm", each, "limiters (“Wiring”)"])
+    rows.append(
+        [
+            f"steel wire, Ø {WIRE:g} mm",
+            f"{WIRE_LENGTH:.0f} mm",
+            "holds the head's tag (“The head point” on the robot's sheet)",
+        ]
+    )
     rows.append(
         [
             f"round steel, Ø {2 * BALLAST_RADIUS:.0f} mm",
@@ -141,23 +157,39 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
         ]
     )
     rows += [
-        [style.escaped(materials.board.model), "1", f"with its USB cable; at least {n} free digital pins"],
+        [
+            style.escaped(materials.board.model),
+            "1",
+            f"with its USB cable; at least {n} free digital pin{'s' if n > 1 else ''}",
+        ],
         [
             f"supply of {motor.voltage:g} V, switch, capacitor of 470 to 1000 µF for 10 V or more",
             f"1 each, ≥ {n * motor.stall_current:.1f} A",
             style.escaped(materials.battery.model),
         ],
+        *_wires(n, motor),
         [
-            "stranded wire, pin headers for the servos' plugs",
-            f"{3 * n} leads",
-            "as long as the robot is to go",
-        ],
-        [
-            "camera above the floor, or another sensor",
+            "USB camera, 1280 × 720 pixels, about 60° wide, with a stand",
             "1",
-            "only to steer to a target; rhythm alone needs none",
+            "hangs 1 to 1.5 m above the floor; only to steer to a target, rhythm alone needs none",
         ],
     ]
+    return rows
+
+
+def _wires(n: int, motor: ServoMotor) -> list[list[str]]:
+    """Return what feeds the robot: wires, their connector and their fuse."""
+    found = power(n, motor, TETHER)
+    each = f"{TETHER:g} m of each"
+    rows = [
+        [f"stranded wire, AWG {SIGNAL}; pin headers for the servos' plugs", f"{n} × {TETHER:g} m", "signals"]
+    ]
+    if found is not None:
+        remark = f"loses {found.drop:.2f} V when all servos are blocked; connector {found.connector}"
+        rows.append(
+            [f"stranded wire, AWG {found.awg} ({found.section:.2f} mm²), red and black", each, remark]
+        )
+        rows.append([f"fuse of {found.fuse:g} A with its holder", "1", "in + at the supply"])
     return rows
 
 
@@ -176,4 +208,11 @@ def _prints(facts: Facts, materials: Materials) -> list[list[str]]:
                 style.escaped(p.print_it),
             ]
         )
+    holder = robot_jig(facts.morphology, materials)
+    if holder is not None:
+        size = " × ".join(f"{v:.1f}" for v in solids.extent(holder.solid))
+        mass = jig_mass(holder, materials)
+        how = "as it stands, with support; holds the rods of one module after the other"
+        material = style.escaped(materials.plastic.material)
+        rows.append(["jig", "1", material, size, f"{1000 * mass:.0f}", how])
     return rows

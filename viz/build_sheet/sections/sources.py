@@ -63,7 +63,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                 "The servo is a point from which five cables leave; its body cannot touch anything.",
                 f"Inertia is multiplied by {scale:g}, weights and forces are real: the motion is slow and"
                 " well damped, a real robot may bounce more.",
-                "Controller, power and tether weigh nothing and drag nothing.",
+                "Controller, power and tether weigh nothing and drag nothing; “As it would be built” counts"
+                " the weight of the tether.",
             ]
         ),
     ]

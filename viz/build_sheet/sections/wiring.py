@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from reportlab.lib.colors import HexColor
+from reportlab.lib.colors import HexColor, white
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body import servo
+from engine.fabrication.as_built.deviations import CARRIED
 from engine.fabrication.dimensions import tolerances
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH, pin_map
 from engine.fabrication.firmware.protocol import BAUD, VERSION
+from engine.fabrication.kit.power import SIGNAL as SIGNAL_WIRE
+from engine.fabrication.kit.power import TETHER, power
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.drum import drum_errors, drum_order
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, style
+from viz.build_sheet.details import draw_limiter
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
 from viz.build_sheet.style import Paper
@@ -44,9 +48,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
             f" servos blocked draw {n} × {materials.servo.stall_current:g} A = <b>{current:.1f} A</b>: the"
             " supply and the common wires must bear that. <b>Join the grounds</b> of supply and board. Do not"
             " feed servos from the board's own 5 V pin; the board itself lives on its USB cable. A capacitor"
-            " of 470 to 1000 µF across the supply keeps the board from resetting. A servo's plug: brown or"
-            " black is −, red +, orange or yellow the signal. Tether: thin stranded wire, as long as the way"
-            " to the target, hung from above."
+            " of 470 to 1000 µF across + and − at the robot keeps the board from resetting. A servo's plug:"
+            " brown or"
+            f" black is −, red +, orange or yellow the signal. {_tether(n, materials)}"
         ),
         Picture(paper.inner_width, height, lambda pen: _draw(pen, facts, materials, pins), "wiring diagram"),
         blocks.note(
@@ -76,9 +80,16 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
                     f" by 1 mm for every {t.SERVO_GAIN / 1000:.3f} N, at every tension. Hang {PULL:.0f} g on"
                     f" the piece: it must become {PULL * GRAVITY / t.SERVO_GAIN:.1f} mm longer, ±"
                     f" {100 * tolerances.STIFFNESS:.0f} %."
-                    " Too much: take a shorter or a double piece; too little: a longer or thinner one."
+                    " Too much: knot it shorter; too little: longer."
                 ),
-                *([blocks.body(_limiter())] if has_limiter(materials) else []),
+                *(
+                    [
+                        blocks.body(_limiter()),
+                        Picture(0.9 * paper.inner_width, 92, draw_limiter, "limiter"),
+                    ]
+                    if has_limiter(materials)
+                    else []
+                ),
             ]
         ),
         blocks.together(
@@ -87,18 +98,35 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     ]
 
 
+def _tether(n: int, materials: Materials) -> str:
+    """Return how thick the wires to the robot are, and how they are guarded."""
+    found = power(n, materials.servo, TETHER)
+    if found is None:
+        return f"No usual wire of {TETHER:g} m is thick enough: put the supply nearer to the robot."
+    return (
+        f"<b>Tether</b> of {TETHER:g} m: AWG {found.awg} ({found.section:.2f} mm²) for + and −, with a"
+        " connector"
+        f" ({found.connector}), a fuse of {found.fuse:g} A in + at the supply, a supply of {found.supply:g}"
+        " A;"
+        f" AWG {SIGNAL_WIRE} for each signal. It leaves the robot at its middle and hangs from above, in a"
+        " loop of"
+        f" about {200 * CARRIED:.0f} cm that neither lifts the robot nor lies on the floor."
+    )
+
+
 def _limiter() -> str:
     """Return how the limiter of an internal cable is made and adjusted."""
     limit = 1000 * t.SERVO_MAX_TENSION / GRAVITY
     return (
         f"<b>Limiter.</b> The simulated servo never pulls more than {t.SERVO_MAX_TENSION:g} N. So each of the"
         f" five rods that a line goes to (nodes {', '.join(map(str, sorted(t.SERVO_NODES)))}) holds a latex"
-        f" thread of 0.8 mm, {1000 * THREAD / STRETCHED:.0f} mm long, stretched to three times that. Tie it"
-        " to a piece of line, lead the line through the cap's slanting hole from inside, and knot a bead"
-        " on it that does not fit into the hole. Pull the other end of the thread out at the rod's other end,"
-        f" and clamp it there under the cap when the bead just lifts off under {limit:.0f} g (±"
-        f" {100 * tolerances.STIFFNESS:.0f} %) that hang from it, the rod held so that the line leaves the"
-        " cap as it does in the module. Check it again a day later."
+        f" thread of 0.8 mm, {1000 * THREAD / STRETCHED:.0f} mm from knot to knot, stretched to three times"
+        " that. Tie it between two pieces of line, and draw it into the rod before the rod goes into the net."
+        " When the node's cap is on, its line comes out of the cap's slanting hole: knot a bead of 2 mm on"
+        f" it. Hang {limit:.0f} g (± {100 * tolerances.STIFFNESS:.0f} %) from the bead, the rod held so that"
+        " the line leaves the cap as it does in the module, and pull at the other end of the rod until the"
+        " bead just lifts off. Wedge that line into the tube with the tip of a toothpick, and cut both flush:"
+        " the other cap goes over them. Check it again a day later."
     )
 
 
@@ -115,7 +143,8 @@ def _controller(facts: Facts) -> list[str]:
         f" angles in rad, positive to the left) and gives every module a frequency ({frequencies} Hz) and a"
         f" phase ({phases}). The servo command is then 90° × (sin(2π × frequency × time + phase) + 1).",
         "The robot carries no sensor for these values: a computer with a camera above the floor tells them to"
-        " the board (see “To steer it”). Without it the robot plays a gait that was recorded in"
+        " the board (page “To steer it” of the robot's sheet). Without it the robot plays a gait that was"
+        " recorded in"
         " simulation: of all targets the one that it came closest to; g1, g2 and so on choose another.",
         f"The time starts when the robot has been set down; after {facts.config.trials.settle_time:g} s it"
         " begins to move.",
@@ -188,6 +217,7 @@ def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int])
     pen.text(supply[0] + 20, supply[1] + 28, f"{materials.servo.voltage:g} V", size=8.5)
     current = n * materials.servo.stall_current
     pen.text(supply[0] + 20, supply[1] + 16, f"≥ {current:.1f} A", size=8.5)
+    found = power(n, materials.servo, TETHER)
     plus, minus = servos + 92, servos + 108
     y0, y1 = top + 8, bottom + 4
     pen.text(plus, y0 + 4, "+", align="centre", bold=True, size=9, color=PLUS)
@@ -210,6 +240,13 @@ def _draw(pen: Pen, facts: Facts, materials: Materials, pins: Mapping[int, int])
         pen.line((x, y), (supply[0], y), color=color, width=2)
         pen.disc((x, y), 2.4, fill=color)
         pen.text(supply[0] + 5, y - 3, sign, bold=True, size=9, color=color)
+    # the fuse in +, the capacitor between both
+    middle = (minus + supply[0]) / 2 + 4
+    pen.box(middle - 11, supply[1] + 40, 22, 8, fill=white, stroke=PLUS, line=1.2)
+    pen.text(middle, supply[1] + 52, "fuse" + (f" {found.fuse:g} A" if found else ""), align="centre")
+    for x, y, color in ((plus, y0 - 3, PLUS), (minus, y0 - 7, MINUS)):
+        pen.line((x, y), (minus + 24, y), color=color, width=1)
+    pen.text(minus + 27, y0 - 7.5, "capacitor", align="left")
     # the common ground, the wire that is forgotten most often
     pen.path([(minus, y1 - 10), (board[0] + 40, y1 - 10), (board[0] + 40, bottom)], stroke=MINUS, width=1.6)
     pen.text(board[0] + 46, bottom + 5, "GND", bold=True)

@@ -201,3 +201,20 @@ def test_a_robot_with_feet_is_tried_with_worse_ones() -> None:
     twin = twin_of(Physics(), FOOTED, load_materials())
     assert {pair: p.feet_friction for pair, p in twin.feet_pairs().items()} == {p: p for p in FEET_PAIRS}
     assert twin_of(Physics(), BODY, load_materials()).feet_pairs() == {}
+
+
+def test_a_robot_carries_a_part_of_its_tether_unless_it_carries_all() -> None:
+    materials = load_materials()
+    small, large = (
+        twin_of(Physics(), Morphology(2, (1,) * n), materials).built.tether_mass * n for n in (2, 10)
+    )
+    # ten servos need thicker wires, and more of them
+    assert 0.0 < 2 * small < large < 0.02
+    carried = dataclasses.replace(
+        materials,
+        board=dataclasses.replace(materials.board, carried=True),
+        battery=dataclasses.replace(materials.battery, carried=True),
+    )
+    twin = twin_of(Physics(), BODY, carried)
+    assert (twin.built.tether_mass, twin.spread.tether_mass) == (0.0, 0.0)
+    assert "tether" not in {d.key for d in twin.deviations}

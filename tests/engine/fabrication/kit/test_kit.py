@@ -10,7 +10,7 @@ from engine.errors import InvalidData
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.kit.measured import measured_form, measures
-from engine.fabrication.kit.power import LARGEST_DROP, RESISTIVITY, WIRES, power
+from engine.fabrication.kit.power import LARGEST_DROP, RESISTIVITY, WIRES, power, tether_density
 from engine.fabrication.kit.purchases import print_hours, purchases, total
 from engine.fabrication.materials import PRESETS, load_materials, parse_materials, preset_text
 from engine.fabrication.parts.printed_parts import printed_parts
@@ -49,6 +49,14 @@ def test_a_tether_that_is_too_long_has_no_wire():
     assert power(10, servo, 30.0) is None
     assert power(40, servo, 0.5).connector == "XT60"
     assert power(1, servo, 1.5).connector == "pin header of 2.54 mm"
+
+
+def test_a_tether_weighs_what_its_wires_weigh():
+    servo = load_materials().servo
+    wires = dict(WIRES)
+    copper = 2 * 8960e-6 * (wires[power(2, servo, 1.5).awg] + wires[28])
+    assert copper < tether_density(2, servo) < 2 * copper
+    assert tether_density(10, servo) > 2 * tether_density(4, servo)
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -60,12 +60,24 @@ def test_the_printed_preset_is_the_tpu_that_data_sheets_describe():
         (r"^\[servo\]", "[motor]", "unknown key motor"),
         (r"^pulse_max_us = 2400", "pulse_max_us = 400", "servo.pulse_max_us must be more"),
         (r"^\[cable\]", "[cable", "not a TOML file"),
+        (r"^body_width_mm = 8.6", "body_width_mm = 900", "servo.body_width_mm must be from 4 to 16, not 900"),
+        (r"^mass_g = 4.8", "mass_g = 4800", "servo.mass_g must be from 1 to 20, not 4800"),
+        (r"^nozzle_mm = 0.4", "nozzle_mm = 40", "printer.nozzle_mm must be from 0.1 to 1.5, not 40"),
+        (r"^travel_degrees = 180", "travel_degrees = 20", "servo.travel_degrees must be from 120 to 360"),
+        (r"^relaxation_percent = 15", "relaxation_percent = 100", "cable.relaxation_percent must be from 0"),
+        (r"^shaft_height_mm = 9.5", "shaft_height_mm = 3", "servo: the shaft must stand 1.5 to 7.5 mm above"),
     ],
 )
 def test_a_wrong_file_gets_one_line_that_names_file_and_key(pattern, replacement, message):
     with pytest.raises(InvalidData, match=f"^mine.toml: {message}") as caught:
         parse_materials(edited(pattern, replacement), file="mine.toml")
     assert "\n" not in str(caught.value)
+
+
+def test_a_pull_test_that_no_cable_gives_is_refused():
+    test = "[pull_test]\nlength_mm = 60\narea_mm2 = 1.6\nforce_n = 0.0096\nextension_mm = 30\n"
+    with pytest.raises(InvalidData, match=r"pull_test gives a modulus of 0.012 MPa, and no cable has less"):
+        parse_materials(TPU + test + "max_strain_percent = 65\n", file="mine.toml")
 
 
 def test_a_number_too_large_for_a_float_is_refused():

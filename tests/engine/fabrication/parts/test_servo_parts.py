@@ -99,3 +99,17 @@ def test_a_cap_that_meets_the_mount_is_told():
     cable = dataclasses.replace(MATERIALS.cable, max_tail=0.02, stock_diameters=(0.0018,))
     found = problems(Morphology(5, (1, 2)), dataclasses.replace(MATERIALS, cable=cable))
     assert any("meets the servo's mount" in p.text for p in found)
+
+
+@pytest.mark.parametrize("node", t.SERVO_NODES)
+def test_a_line_goes_from_its_groove_through_the_arm_to_the_ball(node):
+    materials = load_materials()
+    first, arm, ball = sp.line_path(materials.servo, node)
+    assert first[0] == arm[0]  # in the plane of its groove
+    assert ball == pytest.approx(sp.guide_point())
+    mount = sp.servo_mount(materials)
+    way = solids.bar(first, arm, 0.3) + solids.bar(arm, ball, 0.3)
+    assert (mount ^ way).volume() < 0.02 * way.volume()
+    # it leaves the drum at its edge
+    drum_there = drum.drum_in_place(materials.servo)
+    assert drum_there.min_gap(solids.bar(first, np.add(first, (0.0, 0.01, 0.0)), 0.05), 5.0) < 1.0

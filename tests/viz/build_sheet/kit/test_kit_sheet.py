@@ -1,6 +1,7 @@
 """The papers of a kit: nothing overflows, every part has its picture, the net is at 1:1."""
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -66,14 +67,22 @@ def test_it_says_what_a_workshop_asks(sheet):
         "fuse",
         "Filament settings to begin with",
         "What to measure, in this order",
-        "Build one module (do this 1 times)",
+        "USB camera",
+        "hours, 2.8 of them for the jig",
         "There is no STEP file",
     ):
         assert said in text, said
+    # a page that the text sends its reader to is there
+    for section in set(re.findall("“([A-Z][^”]+)”", text)) - {"New Line", "To steer it", "The head point"}:
+        assert len(re.findall(rf"(?<!“){re.escape(section)}(?!”)", text)) >= 1, section
+    # what has to be there before it is used comes before it
+    order = ("Draw a limiter", "No glue yet", "adjust these limiters", "a day later", "cyanoacrylate at the")
+    places = [text.index(words, text.index("1. Prepare the rods")) for words in order]
+    assert places == sorted(places)
 
 
 def test_the_actions_add_every_part_one_after_the_other(scene):
-    made = steps.actions(scene)
+    made = steps.actions(scene, limited=True)
     assert len(made) > 25
     there = set()
     for action in made:
@@ -85,7 +94,8 @@ def test_the_actions_add_every_part_one_after_the_other(scene):
     assert any("jig" in a.text for a in made)
     # without a jig there is no word of it
     bare = module_scene(robot_glb(LoneModule(2, (1,)), MATERIALS), None)
-    assert not any("jig" in a.text for a in steps.actions(bare))
+    assert not any("jig" in a.text for a in steps.actions(bare, limited=False))
+    assert not any("limiter" in a.text for a in steps.actions(bare, limited=False))
 
 
 def test_what_is_new_is_in_colour_and_what_is_there_is_grey(scene):
@@ -104,6 +114,21 @@ def test_what_is_new_is_in_colour_and_what_is_there_is_grey(scene):
     assert drawn > 50
     assert grey == 0
     assert colourful([], []) == (0, 0)
+
+
+def test_small_parts_are_seen_on_their_pictures(scene):
+    there, small = [], 0
+    for action in steps.actions(scene, limited=True):
+        new, gone = scene.matching(action.new), scene.matching(action.gone)
+        there = [name for name in there if name not in {*new, *gone}]
+        patterns = action.new if action.close else ()
+        around = scene.points(scene.matching(action.close or ["*"]))
+        if action.caps or any("_way_" in p or "ballast" in p for p in patterns):
+            camera = steps.camera_for(scene, action, there, around)
+            assert scene.seen(camera, new, there, around) > 15, action.text
+            small += 1
+        there += new
+    assert small == 5 + 6 + 5 + 1
 
 
 def test_the_scene_stands_in_its_jig(scene):
