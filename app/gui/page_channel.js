@@ -39,4 +39,18 @@ window.taAlong = (event, id, name) => {
 
 // Reports a value of the page until the app calls taArrived.
 window.taReport = (id, read) => taSend(id, read, () => (window.taKnown || {})[id]);
+
+// Reports a value now and whenever it has become another one; nothing stands for a value that is not there yet.
+window.taWatch = (id, read) => {
+  let told = '';
+  const look = () => {
+    const value = read();
+    if (!value || value === told) return;
+    told = value;
+    (window.taKnown = window.taKnown || {})[id] = false;
+    taReport(id, read);
+  };
+  look();
+  setInterval(look, 500);
+};
 window.taArrived = id => { (window.taKnown = window.taKnown || {})[id] = true; };

@@ -59,8 +59,6 @@ class TopBar:
 
     def __init__(self, client: viser.ClientHandle, theme_wanted: Callable[[], None]) -> None:
         self._gui = gui = client.gui
-        self.page_width = client.camera.image_width
-        """Pixels of the page: those of its scene, before there are panels beside it."""
         self._theme_wanted = theme_wanted
         self._windows: list[_Window] = []
         self._open: _Window | None = None

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import viser
 
+from app.gui.browser_value import PageSize
 from app.gui.click_channel import ClickChannel
 from app.gui.page_channel import page_file, run_script
 from app.gui.widgets import ignoring_event, in_a_row, put, put_html
@@ -52,10 +53,10 @@ class ArchivesPanel:
     Args:
         client: the browser.
         facts: what is known of a run on offer.
-        width: in pixels.
+        page: its size.
     """
 
-    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], width: int) -> None:
+    def __init__(self, client: viser.ClientHandle, facts: Callable[[Path], RunFacts], page: PageSize) -> None:
         gui = client.gui
         panel = gui.add_panel()
         with panel.add_tab("Maps", viser.Icon.GRID_DOTS):
@@ -93,7 +94,7 @@ class ArchivesPanel:
             )
         panel.dock_left()
         panel.expand()  # which a phone's sheet would leave to the user
-        panel.set_width(width)
+        page.fit_panel(panel, "left")
 
     def connect(self, events: ArchivesEvents) -> None:
         """Report from now on what the user does; call it once, when all that it is reported to is there."""

@@ -9,6 +9,7 @@ import threading
 import numpy as np
 import viser
 
+from app.gui.browser_value import PageSize
 from app.replay.stage import FIELD_OF_VIEW
 from viz.robot.framing import Window, eye_showing
 
@@ -65,21 +66,23 @@ class SceneCamera:
 
     Args:
         client: whose it is.
+        page: its size.
     """
 
-    def __init__(self, client: viser.ClientHandle) -> None:
+    def __init__(self, client: viser.ClientHandle, page: PageSize) -> None:
         self._client = client
-        self._phone = client.camera.image_width <= PHONE_WIDTH
+        self._page = page
         client.camera.fov = FIELD_OF_VIEW
         self._eye, self._focus = np.array([0.6, -1.0, 0.5]), np.zeros(3)
         self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
         self._framing: Framing | None = None
-        self._size = (0, 0)
+        self._size = (0.0, 0.0)
         self._covered = 0
         self._followed = np.zeros(2)
         self._framed_at = self._followed
         self._mutex = threading.RLock()
         client.camera.on_update(lambda _camera: self._reported())
+        page.on_change(self._reported)
 
     @property
     def facing(self) -> np.ndarray:
@@ -98,22 +101,22 @@ class SceneCamera:
             x: from 0 at its left edge to 1 at the right one.
             y: from 0 at its upper edge to 1 at the lower one.
         """
-        camera, edge = self._client.camera, math.tan(FIELD_OF_VIEW / 2)
+        (width, height), edge = self._page.scene, math.tan(FIELD_OF_VIEW / 2)
         right, up = self.facing
         with self._mutex:
             eye, ahead = self._eye, self._focus - self._eye
-        across = edge * camera.image_width / max(camera.image_height, 1)
+        across = edge * width / max(height, 1)
         way = ahead / np.linalg.norm(ahead) + (2 * x - 1) * across * right + (1 - 2 * y) * edge * up
-        return Ray(eye, way / np.linalg.norm(way), 2 * edge / max(camera.image_height, 1))
+        return Ray(eye, way / np.linalg.norm(way), 2 * edge / max(height, 1))
 
     def across(self, point: np.ndarray) -> float:
         """Return where a (3,) point is seen: from -1 at the scene's left edge to 1 at its right one."""
-        camera, edge = self._client.camera, math.tan(FIELD_OF_VIEW / 2)
+        (width, height), edge = self._page.scene, math.tan(FIELD_OF_VIEW / 2)
         with self._mutex:
             eye, ahead = self._eye, self._focus - self._eye
         way = point - eye
         depth = max(float(way @ ahead / np.linalg.norm(ahead)), 1e-6)
-        half = edge * camera.image_width / max(camera.image_height, 1)
+        half = edge * width / max(height, 1)
         return float(way @ self.facing[0] / depth / half)
 
     def show(self, framing: Framing) -> None:
@@ -123,17 +126,17 @@ class SceneCamera:
 
     def _show(self, framing: Framing) -> None:
         self._framing, self._framed_at = framing, self._followed
-        camera = self._client.camera
-        self._remember(camera.position)  # which may be reported once more
-        self._size = (width, height) = (camera.image_width, camera.image_height)
-        left = self._covered if not self._phone and width - self._covered >= LEAST_FREE else 0
+        self._remember(self._client.camera.position)  # which may be reported once more
+        self._size = (width, height) = self._page.scene
+        phone = self._page.width <= PHONE_WIDTH
+        left = self._covered if not phone and width - self._covered >= LEAST_FREE else 0
         sides = max(SIDES, 0.5 * (1.0 - framing.part) * (width - left))
         window = Window(
             fov=FIELD_OF_VIEW,
             width=width,
             height=height,
             top=TOP,
-            bottom=PHONE_COVERED * height if self._phone else BOTTOM,
+            bottom=PHONE_COVERED * height if phone else BOTTOM,
             sides=sides,
             left=left,
         )
@@ -193,7 +196,7 @@ class SceneCamera:
             if np.abs(self._sent - place).max(axis=1).min() > SAME:
                 self._eye, self._focus = place, np.array(camera.look_at)
                 self._framing = None  # it is the user's now
-            if (camera.image_width, camera.image_height) != self._size:
+            if self._page.scene != self._size:
                 self._frame_again()
 
     def _frame_again(self) -> None:

@@ -12,7 +12,7 @@ import viser
 
 from app.gui.page_channel import page_file
 from app.gui.viser_private import selector
-from app.gui.widgets import ignoring_event, put
+from app.gui.widgets import ignoring_event, put, put_html
 from app.replay.overlays import Overlays
 from app.replay.player import Player
 from app.replay.replay_line import describe
@@ -94,8 +94,7 @@ class TransportPanel:
         self._events = events
         self._targets: tuple[str, ...] = ()
         self._trial = FIRST_TRIAL
-        width = min(WIDTH, max(MIN_WIDTH, room - 2 * MARGIN))
-        panel = gui.add_panel()
+        self._panel = panel = gui.add_panel()
         with panel.add_tab("Replay", viser.Icon.PLAYER_PLAY):
             self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Play or pause")
             self._slider = gui.add_slider(
@@ -147,8 +146,9 @@ class TransportPanel:
             named = {"play": self._play, "time": self._slider, "more": self._more}
             named |= {"target": self._target, "noise": self._noise, "fresh": self._fresh, "draw": self._draw}
             named |= {"speed": self._speed, **self._overlays, "follow": self._follow, "loop": self._loop}
-            gui.add_html(_layout(named, narrow=width < NARROW))
-        panel.float(x=MARGIN, y=-15, width=width)
+            self._named, self._width = named, _width(room)
+            self._style = gui.add_html(_layout(named, narrow=self._width < NARROW))
+        panel.float(x=MARGIN, y=-15, width=self._width)
         panel.expand()  # on a phone, too
 
         self._play.on_click(ignoring_event(player.toggle))
@@ -196,6 +196,13 @@ class TransportPanel:
                     self.refresh()
 
         player.attach(self)
+
+    def fit(self, room: int) -> None:
+        """Be as wide as the panels at the sides let it, which leave so many pixels between them."""
+        if (width := _width(room)) != self._width:
+            self._width = width
+            put_html(self._style, _layout(self._named, narrow=width < NARROW))
+            self._panel.float(x=MARGIN, y=-15, width=width)
 
     def set_trials(self, targets: Sequence[str], repeats: int) -> None:
         """Offer the trials of a run, towards targets with names."""
@@ -300,6 +307,10 @@ class TransportPanel:
         interval = min(UPDATE_INTERVAL, 2 * self._step) * max(self._player.speed, 1)
         if not self._player.playing or abs(self._player.time - self._shown_time) >= interval:
             self.refresh()
+
+
+def _width(room: int) -> int:
+    return min(WIDTH, max(MIN_WIDTH, room - 2 * MARGIN))
 
 
 def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import viser
 
 from app.gui.actions import Actions
+from app.gui.browser_value import PageSize
 from app.gui.file_maker import FileMaker
 from app.gui.page_channel import page_file
 from app.gui.viser_private import selector
@@ -27,11 +28,11 @@ WELCOME = (
 )
 
 
-def dock(gui: viser.GuiApi, width: int) -> None:
-    """Put a browser's main panel, so many pixels wide, to the right, where a robot is shown."""
+def dock(gui: viser.GuiApi, page: PageSize) -> None:
+    """Put a browser's main panel to the right of its page, where a robot is shown."""
     gui.set_panel_label("Robot")
     gui.main_panel.dock_right()
-    gui.main_panel.set_width(width)
+    page.fit_panel(gui.main_panel, "right")
 
 
 class RobotPanel:
@@ -42,7 +43,7 @@ class RobotPanel:
         actions: of the browser.
         ancestor_chosen: called with the number of an ancestor that is to be shown.
         seek: called with a moment of the replay, in s, that the user points at.
-        width: in pixels.
+        page: the browser's size.
     """
 
     def __init__(
@@ -51,10 +52,10 @@ class RobotPanel:
         actions: Actions,
         ancestor_chosen: Callable[[int], None],
         seek: Callable[[float], None],
-        width: int,
+        page: PageSize,
     ) -> None:
         gui = client.gui
-        dock(gui, width)
+        dock(gui, page)
         gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
         self._welcome = gui.add_markdown(WELCOME)
         self._card = gui.add_html("")

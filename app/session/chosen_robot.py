@@ -11,6 +11,7 @@ import viser
 
 from app.downloads.downloads import NO_ROBOT, Downloads
 from app.gui.actions import Actions
+from app.gui.browser_value import PageSize
 from app.gui.lanes import Lane
 from app.gui.top_bar import TopBar
 from app.gui.widgets import ignoring_event, panel_widths
@@ -45,6 +46,7 @@ class ChosenRobot:
 
     Args:
         client: the browser.
+        page: size of the browser's.
         bar: of the browser.
         run: that is shown.
         choice: that it makes.
@@ -59,6 +61,7 @@ class ChosenRobot:
     def __init__(
         self,
         client: viser.ClientHandle,
+        page: PageSize,
         bar: TopBar,
         run: ShownRun,
         choice: Choice,
@@ -77,7 +80,7 @@ class ChosenRobot:
         guarded = actions.guarded
         self._budget = SimulationBudget(VISITOR_SECONDS if read_only else None)
         self._picker = GroundPicker(client.scene, actions)
-        camera = SceneCamera(client)
+        camera = SceneCamera(client, page)
         bar.on_covering(camera.cover)
         scene = Scene(client, camera)
         self.overlay = SceneOverlay(client.gui)
@@ -85,7 +88,7 @@ class ChosenRobot:
         self.player = Player(self._may_simulate, simulating)
         """Plays it."""
         self._panel = robot_panel.RobotPanel(
-            client, actions, guarded(self.choose_ancestor), self.player.seek, panel_widths(bar.page_width)[1]
+            client, actions, guarded(self.choose_ancestor), self.player.seek, page
         )
         self.downloads = Downloads(
             client,
@@ -111,13 +114,18 @@ class ChosenRobot:
             play=self._play_again,
             may_simulate=self._may_simulate,
         )
+
+        def room() -> int:
+            return page.width - sum(panel_widths(page.width))
+
         self._transport = TransportPanel(
             client,
             self.player,
             scene,
             TransportEvents(guarded(self._choose_other_trial), guarded(self.place_target)),
-            room=bar.page_width - sum(panel_widths(bar.page_width)),
+            room=room(),
         )
+        page.on_change(lambda: self._transport.fit(room()))
         self._greeting = Greeting(self.overlay, scene, self._transport)
         self.overlay.on_do(guarded(self._look))
         self.player.show_with(self._show_moment)

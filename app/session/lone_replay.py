@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import viser
 
+from app.gui.browser_value import PageSize
 from app.gui.lanes import Lane
 from app.gui.widgets import panel_widths
 from app.pointing.pointing import Pointing
@@ -42,9 +43,9 @@ class LoneReplaySession:
         speed: str = "1 ×",
         step: float = 0.1,
     ) -> None:
-        gui, camera, page = client.gui, SceneCamera(client), client.camera.image_width
-        width = panel_widths(page)[1]
-        dock(gui, width)
+        gui, page = client.gui, PageSize(client)
+        camera = SceneCamera(client, page)
+        dock(gui, page)
         with gui.add_folder(title):
             gui.add_html(card)
         self._scene = Scene(client, camera)
@@ -58,9 +59,14 @@ class LoneReplaySession:
         self._pointing = Pointing(client, camera)
         self._player = Player(lane=simulating)
         self._player.show_with(self._show)
+
+        def room() -> int:
+            return page.width - panel_widths(page.width)[1]
+
         transport = TransportPanel(
-            client, self._player, self._scene, TransportEvents(), room=page - width, step=step
+            client, self._player, self._scene, TransportEvents(), room=room(), step=step
         )
+        page.on_change(lambda: transport.fit(room()))
         transport.show_only(speed)
         self._player.load(replay)
         tell_of_software_rendering(client, overlay.show_chip)

@@ -11,10 +11,10 @@ from typing import Final
 import viser
 
 from app.gui.actions import Actions
+from app.gui.browser_value import PageSize
 from app.gui.lanes import Lanes
 from app.gui.top_bar import TopBar
 from app.gui.viser_private import Gate
-from app.gui.widgets import panel_widths
 from app.maps.archives_panel import ArchivesEvents, ArchivesPanel
 from app.maps.elites_panel import ElitesPanel
 from app.maps.generation_player import GenerationPlayer
@@ -71,8 +71,9 @@ class Session:
 
         self._actions = actions = Actions(client, lanes, told)
         guarded = actions.guarded
+        page = PageSize(client)
         self._bar = bar = TopBar(client, actions.guarded(self._toggle_theme))
-        self._archives = ArchivesPanel(client, facts, panel_widths(bar.page_width)[0])
+        self._archives = ArchivesPanel(client, facts, page)
         if not read_only:
             Uploads(self._archives.picker.upload, gate, actions, self.open_run)
             self._archives.picker.allow_upload()
@@ -82,6 +83,7 @@ class Session:
         self._navigation = Navigation(client, self._run, choice, library, self._board, actions)
         self._robot = ChosenRobot(
             client,
+            page,
             bar,
             self._run,
             choice,

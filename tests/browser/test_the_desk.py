@@ -24,7 +24,7 @@ CUT = """() => {
 
 
 def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit) -> None:
-    page = visit(address, sharp=True)
+    page = visit(address)
     number, card = click_cell(page, page.locator(FILLED).first), page.locator(".ta-card")
     expect(page).to_have_title(f"TensAtlas · robot {number} of small")
 
@@ -95,7 +95,7 @@ def check_nothing_is_cut(page: Page) -> None:
 
 
 def test_nothing_reaches_beyond_a_window_of_either_size(address: str, visit: Visit) -> None:
-    page = visit(address, sharp=True)
+    page = visit(address)
     page.set_viewport_size({"width": 1600, "height": 900})
     click_cell(page, page.locator(FILLED).first)
     unfold(page)
@@ -105,7 +105,7 @@ def test_nothing_reaches_beyond_a_window_of_either_size(address: str, visit: Vis
 
 
 def test_a_phone_begins_with_the_maps_and_shows_all_of_them(address: str, chromium: Browser) -> None:
-    context = open_context(chromium, 390, 844, sharp=True)
+    context = open_context(chromium, 390, 844)
     page = context.new_page()
     page.set_default_timeout(PATIENCE)
     page.goto(address)

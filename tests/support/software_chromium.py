@@ -63,7 +63,7 @@ def open_context(
         browser: that opens it.
         width, height: of its pages, in their pixels.
         moving: whether pages may move by themselves.
-        sharp: whether every pixel is drawn, by which the app judges how wide a page is: for tests of layouts.
+        sharp: whether every pixel is drawn: for tests that look at some.
         options: others of Playwright's.
     """
     context = browser.new_context(

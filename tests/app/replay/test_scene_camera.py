@@ -23,10 +23,18 @@ class Browser:
         self.camera: Any = self
         self.position, self.look_at = np.array([3.0, 3.0, 3.0]), np.zeros(3)
         self.image_width, self.image_height, self.fov = 1280, 720, 1.3
+        self.width, self.ratio = 1280, 1.0
         self._told: Callable[[Any], None] = lambda _: None
 
     def on_update(self, told: Callable[[Any], None]) -> None:
         self._told = told
+
+    @property
+    def scene(self) -> tuple[float, float]:
+        return self.image_width / self.ratio, self.image_height / self.ratio
+
+    def on_change(self, _changed: Callable[[], None]) -> None:
+        """The page's size: it stays."""
 
     def atomic(self) -> contextlib.AbstractContextManager[None]:
         return contextlib.nullcontext()
@@ -44,7 +52,7 @@ def browser() -> Browser:
 
 @pytest.fixture
 def camera(browser: Browser) -> SceneCamera:
-    camera = SceneCamera(browser)  # type: ignore[arg-type]
+    camera = SceneCamera(browser, browser)  # type: ignore[arg-type]
     camera.start_following(np.zeros(2))
     camera.show(Framing(POINTS, TOWARDS))
     return camera
