@@ -22,8 +22,8 @@ LEAST_FREE = 200
 """Pixels beside a window that a robot is shown in; where there are fewer, it may lie under the window."""
 FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
-KNOWN_PLACES = 300
-"""Places that the camera was sent to last; a slow browser may still report one: ten seconds' worth."""
+KNOWN_PLACES = 1500
+"""Places that the camera was sent to last; a slow browser may still report one: fifty seconds' worth."""
 SAME = 0.004
 """Metres by which a reported place may differ from where the camera was sent."""
 
