@@ -115,7 +115,9 @@ def figure(robots: list[tuple[float, list[Gait]]]) -> go.Figure:
                         y=shown,
                         mode="lines",
                         line={"color": colour, "width": width},
-                        name="a module's feet hold" if colour == HOLDING else "slide, or are in the air",
+                        name="rod ends of a module hold the ground"
+                        if colour == HOLDING
+                        else "they slide, or are in the air",
                         showlegend=row == column == 1 and k == 0,
                         row=row,
                         col=column,
