@@ -49,8 +49,9 @@ def test_a_log_is_played_beside_its_simulation(
         expect(card).to_contain_text("a robot that was built")
         expect(card).to_contain_text("90° left, 40 cm")
         expect(card).to_contain_text(f"from 40.0 to {40.0 - end:.1f} cm from the target")
-        # it plays by itself, towards the measured target, and can be scrubbed
+        # it plays by itself to its end, towards the measured target, and can be scrubbed
         expect(line).to_contain_text("a target of your own")
+        expect(page.get_by_role("button", name="Play")).to_be_visible()
         field = field_of(page, "Time")
         field.fill("0.5")
         field.press("Enter")
