@@ -19,8 +19,8 @@ from plotly.subplots import make_subplots
 from benchmarks.contraction_figure import draw
 from engine.body import module as t
 from engine.body.feet import Feet
-from engine.body.kinematics import points_on
 from engine.config import task_of
+from engine.replay.contact_record import rod_ends
 from engine.replay.every_target import RecordedTrial, replay_every_target
 from engine.simulation.evaluation import Evaluation
 from engine.storage.reader import RunReader
@@ -32,7 +32,6 @@ WINDOW: Final = (10.0, 22.0)
 HOLDS: Final = 0.004
 """Speed in m/s below which a rod end that touches counts as held."""
 HOLDING, MOVING = "#1f6fb2", "#e8923a"
-ENDS: Final = (1.0 - 2.0 * t.ROD_END_CUT / t.ROD_LENGTH) * (t.NODES - t.ROD_MIDDLES[t.NODE_RODS])
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -82,7 +81,7 @@ def _gait(title: str, trial: RecordedTrial, period: float) -> Gait:
     middle = centres.mean(axis=1)
     way = middle[-1] - middle[0]
     way /= np.linalg.norm(way)
-    ends = points_on(poses, t.NODE_RODS, ENDS)
+    ends = rod_ends(poses)
     speed = np.linalg.norm(np.gradient(ends[..., :2], period, axis=0), axis=-1)
     touching = ends[..., 2] <= t.ROD_RADIUS
     held = (touching & (speed < HOLDS)).sum(axis=2) >= np.maximum(1, 0.5 * touching.sum(axis=2))

@@ -229,12 +229,14 @@ class Downloads:
             InvalidData: another file is being made, or what lies beside the run is damaged.
         """
         reader = self._reader()
-        name = f"{printable(reader.path.stem)}_atlas.html"
+        name, shown = f"{printable(reader.path.stem)}_atlas.html", what_to_show(reader)
 
         def make(progress: ProgressCallback) -> MadeFile:
-            return name, atlas_page(reader, progress=lambda n, total: progress("simulating", n, total))
+            return name, atlas_page(
+                reader, shown=shown, progress=lambda n, total: progress("simulating", n, total)
+            )
 
-        self._start(name, make, what_to_show(reader).seconds)
+        self._start(name, make, shown.seconds)
 
     def _start(self, what: str, make: Callable[[ProgressCallback], MadeFile], seconds: float) -> None:
         def paid(progress: ProgressCallback) -> MadeFile:

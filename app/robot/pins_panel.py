@@ -96,7 +96,7 @@ class PinsPanel:
                     reader = self._library.reader(path)
                     evaluation, entered = reader.evaluation(number), reader.generation_of(number)
                     pinned = Entry(path=path, config=reader.config, evaluation=evaluation, entered=entered)
-                    found.append(dataclasses.replace(pinned, robust=_robust_of(reader)))
+                    found.append(dataclasses.replace(pinned, robust=robust_of(reader)))
         if found and not self._pins:
             self._pins, self.side_by_side = found, side_by_side
             self._show()
@@ -190,7 +190,7 @@ class PinsPanel:
         return next(same, None)
 
 
-def _robust_of(reader: RunReader) -> Robustness | None:
+def robust_of(reader: RunReader) -> Robustness | None:
     """Return what evaluating a run's elites again has shown, None if that cannot be read."""
     try:
         return load_robust_of(reader)

@@ -24,12 +24,13 @@ from app.replay.scene_camera import SceneCamera
 from app.replay.scene_overlay import CALM, TOUCHED, SceneOverlay
 from app.replay.transport import TransportEvents, TransportPanel
 from app.robot import robot_panel
+from app.robot.pins_panel import robust_of
 from app.robot.replay_source import ReplaySource
 from app.runs.library import Library
 from app.session.greeting import Greeting, best_target
 from app.state import Choice, Selection, ShownRun
-from engine.analysis.robustness import Robustness, load_robust_of, robust_stamp
-from engine.errors import InvalidData, TensAtlasError
+from engine.analysis.robustness import Robustness, robust_stamp
+from engine.errors import InvalidData
 from engine.replay.dump import read_dump
 from engine.replay.dump_replay import DumpReplay
 from engine.replay.recording import Playable
@@ -367,11 +368,7 @@ class ChosenRobot:
         """Return what evaluating the run's elites again has shown, if that was done and can be read."""
         stamp = (reader, robust_stamp(reader.path))
         if self._robust is None or self._robust[0] != stamp:
-            try:
-                found = load_robust_of(reader)
-            except TensAtlasError:  # the maps say what is wrong with it
-                found = None
-            self._robust = (stamp, found)
+            self._robust = (stamp, robust_of(reader))
         return self._robust[1]
 
     def _play_again(self) -> None:

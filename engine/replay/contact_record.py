@@ -61,10 +61,19 @@ def contact_record(trials: Sequence[np.ndarray], feet: Feet) -> ContactRecord:
     )
 
 
+def rod_ends(poses: np.ndarray) -> np.ndarray:
+    """Return the (..., 12, 3) places in m where the capsules of rods end; not above their radius they touch.
+
+    Args:
+        poses: (..., 6, 7) positions in m and quaternions (w, x, y, z) of a module's rods.
+    """
+    return points_on(poses.astype(float), t.NODE_RODS, _ENDS)
+
+
 def _of_one(poses: np.ndarray, way: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return of one trial which nodes rest, in how many frames each touches, slides and summed facings."""
     middles = poses[..., t.NODE_RODS, :3]
-    places = points_on(poses, t.NODE_RODS, _ENDS)
+    places = rod_ends(poses)
     touching = places[..., 2] <= t.ROD_RADIUS
     centres = poses[..., :3].mean(axis=-2)
     forward = np.broadcast_to(ahead(centres, way)[..., None, :], places.shape)

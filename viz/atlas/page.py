@@ -68,6 +68,7 @@ def checked_link(link: str) -> str:
 def atlas_page(
     reader: RunReader,
     *,
+    shown: Shown | None = None,
     link: str = "",
     n_threads: int = 1,
     progress: Callable[[int, int], None] = lambda _n, _total: None,
@@ -76,6 +77,7 @@ def atlas_page(
 
     Args:
         reader: of the run.
+        shown: what the page shows, of ``what_to_show``, if that is known.
         link: where it can be had, see ``checked_link``.
         n_threads: threads that simulate.
         progress: told how many robots of how many have been simulated; what it raises ends the work.
@@ -85,7 +87,7 @@ def atlas_page(
         ExportError: there is nothing to show.
         InvalidData: the link is none, or today's robots do not survive the run's physics.
     """
-    link, config, shown = checked_link(link), reader.config, what_to_show(reader)
+    link, config, shown = checked_link(link), reader.config, shown or what_to_show(reader)
     task, robots = task_of(config), shown.robots
     done = 0.0
 
