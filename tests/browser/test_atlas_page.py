@@ -14,7 +14,7 @@ from engine.replay.every_target import replay_every_target
 from engine.storage.reader import RunReader
 from tests.browser.test_taking_along import picture, watch
 from tests.support.evaluated_again import evaluated_again
-from tests.support.software_chromium import open_context
+from tests.support.software_chromium import eventually, open_context
 from viz.atlas.elites import updates_per_frame
 from viz.atlas.page import atlas_page
 from viz.robot.skeleton import posed
@@ -85,22 +85,18 @@ def test_a_robot_is_pointed_at_clicked_and_crawls(
     expect(card).to_contain_text(re.compile(r"(\d+\.\d cm (closer|farther)|lies still) · f_s"))
     expect(card).to_contain_text(f"robot {number}")
     drawn = "c => c.toDataURL().length > 3000"  # an empty one has 500 characters
-    for _ in range(100):  # the page's policy lets nobody wait inside it
-        if card.locator("canvas").evaluate(drawn):
-            break
-        page.wait_for_timeout(100)
-    assert card.locator("canvas").evaluate(drawn)
+    # the page's policy lets nobody wait inside it
+    eventually(page, lambda: card.locator("canvas").evaluate(drawn))
 
     # clicked: it is shown, ringed, named by the address, and moves
     tile.click()
     expect(page.locator("#name")).to_have_text(f"Robot {number}")
     expect(page.locator('[data-map="morphology"] .ta-chosen')).to_have_count(1)
-    assert f"#robot={number}&" in page.url
+    expect(page).to_have_url(re.compile(f"#robot={number}&"))
     page.mouse.move(0, 0)
     page.locator("#speed").select_option("0.25")
     first = picture(page)
-    page.wait_for_timeout(1200)
-    assert (np.abs(picture(page) - first).max(axis=-1) > 20).mean() > 0.002
+    eventually(page, lambda: (np.abs(picture(page) - first).max(axis=-1) > 20).mean() > 0.002)
     page.locator("#play").click()
     expect(page.locator("#play")).to_have_text("Play")
     still = picture(page)
@@ -112,7 +108,7 @@ def test_a_robot_is_pointed_at_clicked_and_crawls(
     row = page.locator("#targets label").nth(3)
     expect(row).to_contain_text(f"{said:+.1f}".replace("-", "−").replace("+0.0", "0.0"))
     row.click()
-    assert page.url.endswith(f"#robot={number}&target=4")
+    expect(page).to_have_url(re.compile(f"#robot={number}&target=4$"))
     page.locator("#aim").select_option("1")
     expect(page.locator("#targets input").nth(1)).to_be_checked()
     # the maps in other colours: the chosen robot stays ringed, and cells can be clicked

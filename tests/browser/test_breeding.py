@@ -12,8 +12,8 @@ from playwright.sync_api import Page, expect
 from app.server.server import serve
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
-from tests.support.faulty import wait_until
 from tests.support.processes import free_port
+from tests.support.software_chromium import eventually
 from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
@@ -54,7 +54,7 @@ def test_children_are_seen_kept_and_bred_again(
         expect(page.locator(".ta-run b")).to_have_text("breed-1")
         expect(in_the_bar).to_have_text("Breed")
         expect(children).to_contain_text("breed-1: 16 of 16 children")
-        wait_until(lambda: not is_being_written(runs / "breed-1.tsmr"))
+        eventually(page, lambda: not is_being_written(runs / "breed-1.tsmr"))
         with RunReader(runs / "breed-1.tsmr") as reader:
             assert [g.origin for g in reader.given()] == [f"small.tsmr robot {number}"]
             assert len({e.solution.morphology for e in reader.all_evaluations()}) == 1
@@ -84,4 +84,4 @@ def test_children_are_seen_kept_and_bred_again(
         page.reload()
         page.locator(".ta-bar").get_by_role("button", name="Breed").click()
         expect(children).to_contain_text("breed-2: 16 of 16 children")
-        wait_until(lambda: not is_being_written(runs / "breed-2.tsmr"))
+        eventually(page, lambda: not is_being_written(runs / "breed-2.tsmr"))

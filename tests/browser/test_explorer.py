@@ -17,6 +17,7 @@ from playwright.sync_api import Page, expect
 from app.gui.viser_private import inputs_of
 from app.server.server import serve
 from engine.storage.reader import RunReader
+from tests.support.faulty import wait_until
 from tests.support.processes import environment, free_port
 from tests.support.widgets import best_distance, press
 
@@ -69,7 +70,7 @@ def test_maps_are_clicked_and_robots_replay(
         ):
             page.evaluate(SEND, garbage)
             # of values that are set at once, the last one alone is sent
-            _wait(lambda wanted=garbage: channel.value == wanted)
+            wait_until(lambda wanted=garbage: channel.value == wanted)
         expect(line).to_contain_text("Click any square.")
 
         # an empty cell says so
@@ -116,13 +117,13 @@ def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Vi
     port = free_port()
     app = None
     try:
-        _wait(lambda: run.exists() and RunReader(run).last_generation() is not None)
+        wait_until(lambda: run.exists() and RunReader(run).last_generation() is not None)
         app = subprocess.Popen(
             [sys.executable, "-m", "app", "explore", str(run), "--port", str(port)],
             env=environment(),
             stdout=subprocess.DEVNULL,
         )
-        _wait(lambda: _answers(port))
+        wait_until(lambda: _answers(port))
         page = visit(f"http://127.0.0.1:{port}")
         expect(page.locator(".ta-status")).to_contain_text("live")
         page.evaluate("window.never_reloaded = true")
@@ -141,13 +142,6 @@ def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Vi
             if process is not None and process.poll() is None:
                 process.send_signal(signal.SIGKILL)
                 process.wait()
-
-
-def _wait(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.1)
 
 
 def _answers(port: int) -> bool:

@@ -15,6 +15,7 @@ from engine.config import task_of
 from engine.replay.replay import Replay
 from engine.replay.trial import Aim
 from engine.storage.reader import RunReader
+from tests.support.software_chromium import eventually
 from tests.support.widgets import best_distance, choose, field_of, unfold
 from viz.robot.network_diagram import NetworkDiagram
 from viz.robot.servo_plot import WIDTH, page_of, position
@@ -26,6 +27,11 @@ def live(page: Page, what: str) -> str:
     """Return the style that moves something now: the neurons or the cursor of the servos."""
     styles = page.locator("style").evaluate_all("l => l.map(s => s.textContent)")
     return next((s for s in styles if what in s), "")
+
+
+def cursor(page: Page) -> float:
+    """Return where the cursor of the servos is, in the plot's units."""
+    return float(re.findall(r"translateX\(([\d.]+)px", live(page, ".ta-cursor{"))[0])
 
 
 def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise(
@@ -62,14 +68,14 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         for moment in (0.5, 1.5):
             seek(page, moment)
             expect(page.locator(".ta-sensed")).to_contain_text(senses(replay, unit, moment))
-            style = live(page, ".ta-network .b0{")
-            assert style in {diagram.style(diagram.network.neurons(f)) for f in sensed_near(replay, moment)}
+            styles = {diagram.style(diagram.network.neurons(f)) for f in sensed_near(replay, moment)}
+            eventually(page, lambda styles=styles: live(page, ".ta-network .b0{") in styles)
             seen.append(page.locator(".ta-sensed").text_content())
         assert seen[0] != seen[1]
         assert page.locator("svg.ta-network").inner_html() == picture
         seek(page, -0.3)
         expect(page.locator(".ta-sensed")).to_contain_text("settles")
-        assert not live(page, ".ta-network .b0{")
+        eventually(page, lambda: not live(page, ".ta-network .b0{"))
 
         # the servos: a cursor that follows
         page.get_by_role("tab", name="Servos").click()
@@ -84,10 +90,8 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         expect(page.locator("svg.ta-servos")).to_be_visible()
         for moment in (0.3, 1.0):
             seek(page, moment)
-            x = position(moment, page_of(moment, replay.start_time, replay.end_time))
-            page.wait_for_timeout(1500)  # the cursor moves a few times a second
-            shown = float(re.findall(r"translateX\(([\d.]+)px", live(page, ".ta-cursor{"))[0])
-            assert shown == pytest.approx(x, abs=2.0)
+            x = pytest.approx(position(moment, page_of(moment, replay.start_time, replay.end_time)), abs=2.0)
+            eventually(page, lambda x=x: cursor(page) == x)  # it moves a few times a second
 
         # marks: what is switched off is no longer in the scene, and comes back
         nodes = client.scene._handle_from_node_name
@@ -95,17 +99,14 @@ def test_a_robot_is_met_from_the_inside_with_its_ancestors_and_under_other_noise
         for mark, node in (("Numbers", "/robot/numbers"), ("Trail", "/trail")):
             assert nodes[node].visible
             toggle(page, mark)
-            page.wait_for_timeout(600)
-            assert not nodes[node].visible
+            eventually(page, lambda node=node: not nodes[node].visible)
         expect(page.locator(".ta-tension")).to_contain_text("N")
         plain = nodes["/robot/cables"].colors.copy()
         toggle(page, "Tension")
         expect(page.locator(".ta-tension")).to_have_count(0)
-        page.wait_for_timeout(600)
-        assert (nodes["/robot/cables"].colors != plain).any()
+        eventually(page, lambda: (nodes["/robot/cables"].colors != plain).any())
         toggle(page, "Numbers")
-        page.wait_for_timeout(600)
-        assert nodes["/robot/numbers"].visible
+        eventually(page, lambda: nodes["/robot/numbers"].visible)
 
         # fresh noise ends elsewhere; the evaluated noise is there again
         page.get_by_role("button", name="Draw").click(force=True)

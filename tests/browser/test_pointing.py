@@ -18,7 +18,7 @@ from app.server.server import serve
 from engine.body import module as t
 from engine.replay.replay import Replay
 from engine.storage.reader import RunReader
-from tests.support.faulty import wait_until
+from tests.support.software_chromium import eventually
 from tests.support.widgets import best_distance, click_cell, field_of, press
 
 pytestmark = pytest.mark.browser
@@ -55,7 +55,7 @@ def point(
         page.wait_for_timeout(600)
         return bool(done())
 
-    wait_until(acted)
+    eventually(page, acted)
 
 
 def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
@@ -84,14 +84,14 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         page.locator('svg.ta-network [data-m="1"] > .ta-back').hover(force=True)
         page.wait_for_function("document.querySelector('style.ta-lit')?.textContent.includes('data-m=\"1\"')")
         rods = np.array(nodes["/robot/rods"].batched_positions)[len(t.RODS) : 2 * len(t.RODS)]
+        eventually(page, lambda: "/pointed/lit" in nodes and nodes["/pointed/lit"].visible)
         assert nodes["/pointed/lit"].batched_positions == pytest.approx(rods)
-        assert nodes["/pointed/lit"].visible
         page.get_by_role("tab", name="Servos").click()
         page.locator('svg.ta-servos [data-m="0"] > .ta-back').hover(force=True)
         page.wait_for_function("document.querySelector('style.ta-lit')?.textContent.includes('data-m=\"0\"')")
         page.mouse.move(640, 12)
         expect(lit).to_have_count(0)
-        assert not nodes["/pointed/lit"].visible
+        eventually(page, lambda: not nodes["/pointed/lit"].visible)
 
         # clicked in the scene, a cable says its name and how it pulls, also at another moment
         page.get_by_role("button", name="Top", exact=True).click()
@@ -102,26 +102,25 @@ def test_a_module_lights_up_everywhere_and_a_cable_tells_its_tension(
         middle = np.array(nodes["/robot/cables"].points)[wanted.index].mean(axis=0)
         page.mouse.click(*place_on_screen(page, client.camera, middle))
         expect(lit).to_be_attached()
-        wait_until(lambda: page.wait_for_timeout(100) or "/pointed/label" in nodes)
+        eventually(page, lambda: "/pointed/label" in nodes)
         label = nodes["/pointed/label"]
         assert label.text == f"{wanted.name}: {wanted.force(replay.frames[-1], body)}"
         field = field_of(page, "Time")
         field.fill("0.5")
         field.press("Enter")
         expect(page.locator(".ta-replay")).to_contain_text("0.5 s")
-        page.wait_for_timeout(800)
         said = {f"{wanted.name}: {wanted.force(f, body)}" for f in replay.frames if abs(f.time - 0.5) < 0.06}
-        assert label.text in said
+        eventually(page, lambda: label.text in said)
         page.mouse.move(640, 12)
         page.locator("body").press("Escape")
         expect(lit).to_have_count(0)
-        assert "/pointed/label" not in nodes
+        eventually(page, lambda: "/pointed/label" not in nodes)
 
         # in its lane, too: there it lies elsewhere in the scene, and the network is still its own
         page.get_by_role("button", name="Pin", exact=True).click()
         press(page, "Side by side")
         page.get_by_role("button", name="Replay in lanes").click()
-        wait_until(lambda: page.wait_for_timeout(100) or "/lanes/0/robot/rods" in nodes)
+        eventually(page, lambda: "/lanes/0/robot/rods" in nodes)
         expect(page.locator(".ta-replay")).to_contain_text(f"{replay.trial_time:.1f} s")  # it has ended
         lane = nodes["/lanes/0"]
 

@@ -16,6 +16,7 @@ from app.server.server import serve_sessions
 from engine.body import module as t
 from engine.storage.reader import RunReader
 from tests.browser.test_pointing import point
+from tests.support.software_chromium import eventually
 from tests.support.widgets import field_of
 
 pytestmark = pytest.mark.browser
@@ -68,5 +69,5 @@ def test_a_log_is_played_beside_its_simulation(
 
         point(page, client.camera, highest, page.mouse.click, lambda: "/pointed/label" in nodes)
         assert re.fullmatch(r".+ of module 1: (.*\d\.\d\d N|slack)", nodes["/pointed/label"].text)
-        assert nodes["/pointed/lit"].visible
+        eventually(page, lambda: "/pointed/lit" in nodes and nodes["/pointed/lit"].visible)
         page.close()

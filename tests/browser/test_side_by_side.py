@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from engine.storage.reader import RunReader
+from tests.support.software_chromium import eventually
 from tests.support.widgets import best_distance, field_of, press
 
 pytestmark = pytest.mark.browser
@@ -54,12 +55,9 @@ def test_pinned_robots_crawl_side_by_side(address: str, visit: Visit, small_read
     for letter, number in zip("ABC", numbers, strict=True):
         distance = 100 * small_reader.evaluation(number).distances[best, 0]
         # the last frame follows what the transport says
-        for _ in range(50):
-            shown = float(re.search(rf"{letter}\s+(-?[\d.]+)", now.inner_text())[1])
-            if shown == pytest.approx(distance, abs=0.3):
-                break
-            page.wait_for_timeout(200)
-        assert shown == pytest.approx(distance, abs=0.3)
+        shown = re.compile(rf"{letter}\s+(-?[\d.]+)")
+        way = pytest.approx(distance, abs=0.3)
+        eventually(page, lambda shown=shown, way=way: float(shown.search(now.inner_text())[1]) == way)
     # they are there after a reload, and they are seen
     page.reload()
     press(page, "Side by side", "3")

@@ -16,6 +16,7 @@ from app.server.server import serve
 from engine.config import RunConfig, replaced
 from engine.runs import evolve as run
 from engine.storage.reader import RunReader
+from tests.support.software_chromium import eventually
 from tests.support.widgets import best_distance, click_cell, field_of
 
 pytestmark = pytest.mark.browser
@@ -51,23 +52,22 @@ def test_walls_go_up_when_the_robot_has_settled_and_change_with_the_target(
             nodes = client.scene._handle_from_node_name
             walls = [nodes[f"/walls/{k}"] for k in range(5)]
             assert "/walls/5" not in nodes
+            eventually(page, lambda walls=walls: [tuple(w.position) for w in walls] not in seen)
             seen.append([tuple(w.position) for w in walls])
-        assert seen[0] != seen[1]
         # robot and target are seen, however slow the browser is, and not behind the panel below
-        page.wait_for_timeout(1000)
-        shown = np.vstack([nodes["/robot/nodes"].batched_positions, nodes["/target/post"].position])
         scene = page.locator("canvas[data-engine]").bounding_box()
         assert scene is not None
-        # of the page; the scene may be drawn with fewer
-        x, y = pixels(client.camera, shown).T * scene["height"] / client.camera.image_height
         panel = page.get_by_role("button", name=re.compile("^(Play|Pause)$")).bounding_box()
         assert panel is not None
-        assert (x > 0).all()
-        assert (x < scene["width"]).all()
-        assert (y > 0).all()
-        assert (y < panel["y"] - 40).all()
-        # and large enough
-        assert np.ptp(y) > 100
+
+        def well_in_view() -> bool:
+            shown = np.vstack([nodes["/robot/nodes"].batched_positions, nodes["/target/post"].position])
+            # of the page; the scene may be drawn with fewer
+            x, y = pixels(client.camera, shown).T * scene["height"] / client.camera.image_height
+            inside = (x > 0) & (x < scene["width"]) & (y > 0) & (y < panel["y"] - 40)
+            return bool(inside.all()) and np.ptp(y) > 100  # large enough, too
+
+        eventually(page, well_in_view)
 
 
 def pixels(camera: viser.CameraHandle, points: np.ndarray) -> np.ndarray:

@@ -15,8 +15,8 @@ from app.server.server import serve
 from engine.storage.lock import holder_of
 from engine.storage.reader import RunReader
 from engine.storage.writer import is_being_written
-from tests.support.faulty import wait_until
 from tests.support.processes import free_port
+from tests.support.software_chromium import eventually
 from tests.support.widgets import choose, field_of, press
 
 Visit = Callable[[str], Page]
@@ -70,15 +70,15 @@ def test_a_run_is_started_paused_found_again_resumed_and_its_end_explained(
             expect(page.locator(".ta-progress")).to_contain_text(re.compile(r"of 400 .* per .* left"))
             pause_of_run(page).click()
             expect(page.locator(".ta-status")).to_contain_text("paused")
-            assert not is_being_written(run)
+            eventually(page, lambda: not is_being_written(run))
             n = n_shown(page)
             page.get_by_role("button", name="Resume run", exact=True).click()
             expect(page.locator(".ta-status")).to_contain_text("live")
-            wait_until(lambda: n_shown(page) > n + 4)
+            eventually(page, lambda: n_shown(page) > n + 4)
             pause_of_run(page).click()
             expect(page.locator(".ta-status")).to_contain_text("paused")
             with RunReader(run) as reader:
-                wait_until(lambda: n_shown(page) == reader.n_evaluations())
+                eventually(page, lambda: n_shown(page) == reader.n_evaluations())
             press(page, "New run")
             start.press("Enter")
             expect(page.get_by_text("mine.tsmr exists already; choose another name")).to_be_visible()

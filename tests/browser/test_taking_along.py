@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, Request, expect
 
 from engine.fabrication.materials import preset_text
 from engine.storage.reader import RunReader
-from tests.support.software_chromium import open_context
+from tests.support.software_chromium import eventually, open_context
 from tests.support.widgets import best_distance, click_cell, press
 
 pytestmark = pytest.mark.browser
@@ -118,33 +118,35 @@ def plays_by_itself(chromium: Browser, file: Path, number: int) -> None:
         context = open_context(chromium, *size, moving=True, color_scheme=scheme, offline=True)
         page = context.new_page()
         problems = watch(page)
-        page.goto(file.as_uri())
-        expect(page.locator("html")).to_have_attribute("data-ready", "1")
-        expect(page.locator("aside")).to_contain_text(f"Robot {number}")
-        # it plays to the end
-        expect(page.locator("#play")).to_have_text("Play")
-        expect(page.locator("#clock")).to_have_text(re.compile(r"^2\.0 of 2 s"))
-        expect(page.locator("#away")).to_contain_text("cm from the target")
-        before = picture(page)
-        assert len(np.unique(before.reshape(-1, 3), axis=0)) > 50
-        # scrubbing shows another moment, turning another side
-        page.locator("#time").fill("0.5")
-        expect(page.locator("#clock")).to_have_text(re.compile(r"^0\.5"))
-        box = page.locator("canvas").bounding_box()
-        assert box is not None
-        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(*middle)
-        page.mouse.down()
-        page.mouse.move(middle[0] + 90, middle[1] + 20, steps=3)
-        page.mouse.up()
-        page.wait_for_timeout(300)
-        assert (np.abs(picture(page) - before).max(axis=-1) > 20).mean() > 0.01
-        page.locator("#shade").click()
-        page.wait_for_timeout(300)
-        assert abs(picture(page).mean() - before.mean()) > 100
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        plays_and_turns(page, file, number)
         assert problems == []
         context.close()
+
+
+def plays_and_turns(page: Page, file: Path, number: int) -> None:
+    page.goto(file.as_uri())
+    expect(page.locator("html")).to_have_attribute("data-ready", "1")
+    expect(page.locator("aside")).to_contain_text(f"Robot {number}")
+    # it plays to the end
+    expect(page.locator("#play")).to_have_text("Play")
+    expect(page.locator("#clock")).to_have_text(re.compile(r"^2\.0 of 2 s"))
+    expect(page.locator("#away")).to_contain_text("cm from the target")
+    before = picture(page)
+    assert len(np.unique(before.reshape(-1, 3), axis=0)) > 50
+    # scrubbing shows another moment, turning another side
+    page.locator("#time").fill("0.5")
+    expect(page.locator("#clock")).to_have_text(re.compile(r"^0\.5"))
+    box = page.locator("canvas").bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 90, middle[1] + 20, steps=3)
+    page.mouse.up()
+    eventually(page, lambda: (np.abs(picture(page) - before).max(axis=-1) > 20).mean() > 0.01)
+    page.locator("#shade").click()
+    eventually(page, lambda: abs(picture(page).mean() - before.mean()) > 100)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def watch(page: Page) -> list[str]:

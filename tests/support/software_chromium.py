@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from typing import Any, Final
 
-from playwright.sync_api import Browser, BrowserContext, Playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright
 
 FLAGS: Final = (
     "--no-sandbox",
@@ -74,3 +75,16 @@ def open_context(
     )
     context.add_init_script(TEN_HERTZ)
     return context
+
+
+def eventually(page: Page, condition: Callable[[], object]) -> None:
+    """Wait until something is true, of the page or of its server, which follows the page a moment later.
+
+    Raises:
+        AssertionError: If it is still false after `PATIENCE`.
+    """
+    for _ in range(PATIENCE // 100):
+        if condition():
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError("waited in vain")
