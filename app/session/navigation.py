@@ -79,7 +79,13 @@ class Navigation:
         """
 
         def arrive(address: Address) -> None:
-            self._actions.put("arrive", lambda: self._arrive(traveller, robot, address))
+            self._actions.put("arrive", lambda: go(address))
+
+        def go(address: Address) -> None:
+            try:
+                self._arrive(traveller, robot, address)
+            finally:  # a slow browser says so late, and what it names ends what else is shown
+                robot.arrived(self._gui)
 
         def begin_anyway() -> None:
             if not self._arrived:
@@ -133,7 +139,6 @@ class Navigation:
             self._going = False
             traveller.greet()
             self.update()
-            robot.arrived(self._gui)
 
     def _go(self, traveller: Traveller, robot: ChosenRobot, address: Address) -> None:
         fresh, self._arrived = not self._arrived, True

@@ -144,3 +144,8 @@ def test_a_program_that_never_speaks_sees_the_first_run(app: App, monkeypatch: p
         deadline.wait(0.01)
     app.wait()
     assert Bar.shown == (Address(run="small"),)
+    # if it was a slow browser, what it names is shown before what it had side by side
+    assert app.n_arrivals == 0
+    Bar.arrived(Address(run="small", robot=4))
+    app.wait()
+    assert app.n_arrivals == 1
