@@ -45,7 +45,7 @@ class Evolve:
     given: Annotated[tuple[str, ...], tyro.conf.arg(name="from")] = ()
     """Robots to evaluate first: RUN.tsmr (its elites), RUN.tsmr:3,4:5,7 (cells), genotype.json, table.csv."""
     as_built: str | None = None
-    """Evolve robots as they would be built of latex-cord, tpu-85a, silicone-cord or a materials file."""
+    """Evolve robots as they would be built of latex-sheet, tpu-85a, silicone-sheet or a materials file."""
     spread: bool = False
     """With --as-built, give every repeat of an evaluation another robot of the design."""
     computing: Annotated[WorkerFlags, tyro.conf.arg(name="")] = WorkerFlags()

@@ -89,8 +89,8 @@ class ReplayLog(_Serving):
     """Log that drive wrote, *.jsonl."""
     path: tyro.conf.Positional[Path]
     """Run file of the robot."""
-    materials: str = "latex-cord"
-    """What it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    materials: str = "latex-sheet"
+    """What it is built from: latex-sheet, tpu-85a, silicone-sheet, or a TOML file of yours."""
     browser: bool = True
     """Open a browser window, where there is a screen."""
 

@@ -39,8 +39,8 @@ class Export:
     """Export every elite once, each into its own folder, with a table of the cells."""
     out: Path
     """Folder to create."""
-    materials: str = "latex-cord"
-    """What it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    materials: str = "latex-sheet"
+    """What it is built from: latex-sheet, tpu-85a, silicone-sheet, or a TOML file of yours."""
     paper: Literal["a4", "letter"] = "a4"
     """Paper that the build sheet is printed on."""
     kit: bool = False
@@ -72,10 +72,19 @@ class Export:
             place = ArchivePlace(archive=self.archive or "morphology", cell=parse_cell(self.cell))
             number = reader.elite_at(place.archive, place.cell)
             write_folder(self._files(reader, number, place, materials), self.out)
+            if instead := self._instead(reader, number, materials):
+                console.print(instead, markup=False)
         what, first = ("a kit for module 1 of ", "kit.pdf") if self.kit else ("", "build_sheet.pdf")
         console.print(
             f"Wrote {what}robot {number} to {as_typed(self.out)}; start with its {first}", markup=False
         )
+
+    @staticmethod
+    def _instead(reader: RunReader, number: int, materials: Materials) -> str:
+        """Return what a robot is made of if not of what was asked for, and why; empty if of that."""
+        from engine.fabrication.dimensions.cable_problems import makeable
+
+        return makeable(reader.evaluation(number).solution.morphology, materials).instead
 
     def _files(
         self, reader: RunReader, number: int, place: ArchivePlace, materials: Materials
@@ -96,6 +105,7 @@ class Export:
         for place, number in elites.items():
             first.setdefault(number, place)
         failed: list[str] = []
+        replaced = 0
         for k, (number, place) in enumerate(first.items(), start=1):
             try:
                 files = self._files(reader, number, place, materials)
@@ -103,6 +113,7 @@ class Export:
                 failed.append(str(e))
             else:
                 write_folder(files, self.out / f"robot_{number}")
+                replaced += bool(self._instead(reader, number, materials))
             if k % 10 == 0 or k == len(first):
                 console.print(f"{k} of {len(first)} robots", markup=False)
         rows = [[p.archive, cell_name(p.cell), number, f"robot_{number}"] for p, number in elites.items()]
@@ -114,6 +125,11 @@ class Export:
         if failed:
             raise ExportError(
                 f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}"
+            )
+        if replaced:
+            console.print(
+                f"{replaced} robots are of another material than {self.materials}; their sheets say why",
+                markup=False,
             )
         console.print(
             f"Wrote {len(first)} robots of {len(elites)} cells to {as_typed(self.out)};"

@@ -40,7 +40,7 @@ class Reevaluate:
     archive: str | None = None
     """The only map whose elites are evaluated; without it, all archives. compare needs the morphology map."""
     as_built: str | None = None
-    """Simulate robots as they would be built of latex-cord, tpu-85a, silicone-cord or a materials file."""
+    """Simulate robots as they would be built of latex-sheet, tpu-85a, silicone-sheet or a materials file."""
     workers: int = os.cpu_count() or 1
     """Threads that simulate; the result does not depend on it."""
     json: bool = False

@@ -54,8 +54,8 @@ class Verify:
     """Another simulator: kernel, or mujoco (Newton's method), the reference."""
     as_built: bool = False
     """Simulate the robot with all that differs when it is built, and say which difference costs most."""
-    materials: str = "latex-cord"
-    """For --as-built, what it is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    materials: str = "latex-sheet"
+    """For --as-built, what it is built from: latex-sheet, tpu-85a, silicone-sheet, or your TOML file."""
     samples: int = 20
     """For --as-built, how many robots of the design are simulated, each as inexact as tolerances allow."""
     best: int | None = None

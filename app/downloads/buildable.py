@@ -31,6 +31,14 @@ def problems_of(body: Morphology, material: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
+def instead_of(body: Morphology, material: str) -> str:
+    """Return the preset that a body's files are made of where its cables cannot be of that one; else none."""
+    from engine.fabrication.dimensions.cable_problems import makeable
+
+    made = makeable(body, load_materials(material))
+    return made.file if made.instead else ""
+
+
 @functools.lru_cache(maxsize=len(PRESETS) * N_STIFFNESS_LEVELS)
 def _of_level(level: int, material: str) -> tuple[str, ...]:
     """Return the problems of modules of one stiffness, however many there are."""

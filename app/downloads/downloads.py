@@ -19,7 +19,7 @@ from app.downloads.basket import (
     item_of,
 )
 from app.downloads.basket_panel import BasketEvents, BasketPanel
-from app.downloads.buildable import problems_of
+from app.downloads.buildable import instead_of, problems_of
 from app.downloads.recording import recording
 from app.gui.actions import Actions
 from app.gui.file_maker import FileMaker, MadeFile, ProgressCallback
@@ -63,7 +63,7 @@ class Downloads:
         maker: of its files.
         player: of the replay that is shown.
         budget: how much the browser may still simulate.
-        judged: called with a material and why the chosen robot cannot be built from it.
+        judged: called with a material, why the chosen robot cannot be built from it, and what is instead.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Downloads:
         player: Player,
         *,
         budget: SimulationBudget,
-        judged: Callable[[str, Sequence[str]], None],
+        judged: Callable[[str, Sequence[str], str], None],
     ) -> None:
         self._run, self._choice, self._library, self._actions = run, choice, library, actions
         self._maker, self._player, self._budget = maker, player, budget
@@ -119,9 +119,11 @@ class Downloads:
     def _judge(self) -> None:
         chosen, material = self._choice.selection, self.panel.exports.material
         if chosen is not None:
-            problems = problems_of(chosen.evaluation.solution.morphology, material)
+            body = chosen.evaluation.solution.morphology
+            problems = problems_of(body, material)
+            instead = instead_of(body, str(material)) if problems else ""
             if self._choice.selection is chosen:  # nobody has gone on in the meantime
-                self._judged(str(material), problems)
+                self._judged(str(material), problems, instead)
 
     @property
     def basket(self) -> tuple[BasketItem, ...]:

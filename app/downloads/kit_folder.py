@@ -7,6 +7,7 @@ from typing import Final
 from app.downloads.robot_folder import list_of_files, materials_text, place_of
 from engine.export import simulate_trial
 from engine.fabrication.as_built import twin_of
+from engine.fabrication.dimensions.cable_problems import makeable
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
@@ -51,7 +52,7 @@ def kit_folder(
     Args:
         reader: of the run.
         number: of the robot's evaluation.
-        materials: what it is built from.
+        materials: what it is to be built from; a preset that its cables cannot be made of is replaced.
         place: archive and cell that it was found in; None to look them up.
         paper: to print on.
 
@@ -63,6 +64,7 @@ def kit_folder(
     evaluation = reader.evaluation(number)
     trial = simulate_trial(reader.config, evaluation)
     body = evaluation.solution.morphology
+    materials = makeable(body, materials)
     feet = robot_feet(reader.config, evaluation).feet
     twin = twin_of(reader.config.physics, body, materials, feet=feet)
     facts = gather(reader, evaluation, trial, place or place_of(reader, number), twin)
@@ -74,7 +76,8 @@ def kit_folder(
     files = {name if "/" in name or "bill" in name else f"tables/{name}": made[name] for name in made}
     files["module.glb"] = glb
     title = f"Net of module 1 of {facts.name}"
-    files["net_tiles.pdf"], _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
+    net = module_net(design, materials.printer)
+    files["net_tiles.pdf"], _ = net_tiles(net, design, style.PAPERS[paper], title)
     friction = reader.config.physics.feet_friction if feet else None
     text = materials_text(materials)
     files["kit.pdf"], _ = kit_sheet(

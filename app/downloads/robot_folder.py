@@ -18,6 +18,7 @@ from engine.body import servo
 from engine.errors import InvalidData, printable
 from engine.export import export_files, simulate_trial
 from engine.fabrication.as_built import Twin, twin_of
+from engine.fabrication.dimensions.cable_problems import makeable
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.feet import robot_feet
 from engine.fabrication.firmware import firmware_files
@@ -92,7 +93,7 @@ def robot_folder(
     Args:
         reader: of the run.
         number: of the evaluation.
-        materials: what the robot is built from.
+        materials: what it is to be built from; a preset that its cables cannot be made of is replaced.
         place: archive and cell that it was found in; None to look them up.
         paper: that the build sheet is to be printed on.
         progress: told before each of ``STEPS`` steps; what it raises ends it.
@@ -107,6 +108,7 @@ def robot_folder(
     trial = simulate_trial(reader.config, evaluation)
     place = place or place_of(reader, number)
     progress("simulating it as built", 1, STEPS)
+    materials = makeable(evaluation.solution.morphology, materials)
     plan = robot_feet(reader.config, evaluation)
     twin = twin_of(reader.config.physics, evaluation.solution.morphology, materials, feet=plan.feet)
     as_built = simulate_as_built(
@@ -126,7 +128,7 @@ def robot_folder(
     for design in {d.level: d for d in design_cables(facts.morphology, materials)}.values():
         level = f"{design.level / t.N_STIFFNESS_LEVELS:.1f}"
         title = f"Net of stiffness {level} of {facts.name}"
-        tiles, _ = net_tiles(module_net(design, materials.printer), style.PAPERS[paper], title)
+        tiles, _ = net_tiles(module_net(design, materials.printer), design, style.PAPERS[paper], title)
         files[f"net/net_tiles_stiffness_{level}.pdf"] = tiles
     sketch = firmware_files(reader.config, evaluation, run=facts.run_name, as_built=twin.nominal)
     files |= {f"firmware/{name}": content for name, content in sketch.items()}

@@ -54,8 +54,8 @@ class Drive:
     """Port of the page that shows the picture, on this computer; 0 for none."""
     simulate: bool = False
     """Simulate robot and board."""
-    materials: str = "latex-cord"
-    """What a simulated robot is built from: latex-cord, tpu-85a, silicone-cord, or a TOML file of yours."""
+    materials: str = "latex-sheet"
+    """What a simulated robot is built from: latex-sheet, tpu-85a, silicone-sheet, or a TOML file of yours."""
     target: int = 1
     """Target of a simulated robot, from 1."""
     speed: float = 1.0

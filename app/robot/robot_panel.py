@@ -116,9 +116,9 @@ class RobotPanel:
         self._lineage.show(line, evaluation.solution.number, distance)
         self.export.disabled = self.pin.disabled = False
 
-    def show_verdict(self, material: str, problems: Sequence[str]) -> None:
-        """Show whether the robot can be built from a material, and if not, why."""
-        put_html(self._verdict, robot_card.render_verdict(material, problems))
+    def show_verdict(self, material: str, problems: Sequence[str], instead: str) -> None:
+        """Show whether the robot can be built from a material, and if not, why, and of what instead."""
+        put_html(self._verdict, robot_card.render_verdict(material, problems, instead))
 
     def show_no_robot(self) -> None:
         """Show none, as at the start."""

@@ -30,6 +30,8 @@ KEEPS: Final = 0.7
 """Part of its evolved f_s that a robot should keep; of one that does not, it is said what costs it."""
 NAMED: Final = 3
 """How many differences are named that a robot loses by."""
+TOLD: Final = 0.001
+"""Least that a difference costs, in m, for it to be named."""
 SPREAD: Final = "spread"
 """Key of how robots of one design differ, among what costs a robot."""
 _SPREAD: Final = (
@@ -154,7 +156,7 @@ class AsBuilt:
         evolved, built = 100 * self.evolved.mean, 100 * self.robots.mean
         found = [f"Evolved {evolved:.1f} cm, as built {built:.1f}{spread} cm."]
         names = {**names, SPREAD: _SPREAD}
-        costly = [(key, cost) for key, cost in self.all_costs if cost > 0.0]
+        costly = [(key, cost) for key, cost in self.all_costs if cost >= TOLD]
         if self.kept is not None and self.kept >= KEEPS:
             if costly:
                 key, cost = costly[0]

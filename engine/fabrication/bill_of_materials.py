@@ -12,14 +12,16 @@ from typing import Final
 from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, KNOT_LEFT, design_cables
+from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.cut_lists import rods, stock_plan
 from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.materials import Materials, Source, load_materials
 from engine.fabrication.parts.drum import drum_errors
+from engine.fabrication.parts.net import module_net
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length, ballast_mass
+from engine.fabrication.parts.shapes import net_outline
 from engine.files import csv_text
 
 LIMITER_MASS: Final = 5e-5
@@ -138,23 +140,23 @@ def _rods(morphology: Morphology, materials: Materials) -> list[Part]:
 def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
     result = []
     designs = design_cables(morphology, materials)
-    if materials.cable.form == "cord":
+    if materials.cable.form == "sheet":
         for level in sorted({d.level for d in designs}):
             design = next(d for d in designs if d.level == level)
             modules = [d.module for d in designs if d.level == level]
-            cut = design.path + 2 * KNOT_ALLOWANCE
+            net = module_net(design, materials.printer)
+            area, thickness = 1e-6 * net_outline(net, design).area, design.section.thickness
+            name = f"net_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}"
             result.append(
                 Part(
-                    name=f"passive cable, stiffness {level / t.N_STIFFNESS_LEVELS:.1f}",
+                    name=name,
                     group="passive cables",
-                    quantity=len(t.CABLES) * len(modules),
-                    length=cut,
-                    diameter=design.section.width,
-                    mass=materials.cable.density * design.section.area * (design.path + 2 * KNOT_LEFT),
+                    quantity=len(modules),
+                    mass=materials.cable.density * area * thickness,
                     source=materials.cable_source,
-                    note=f"{materials.cable.material}; {1e3 * design.path:.1f} mm from knot to knot"
-                    f" unstretched, knots trimmed to {1e3 * KNOT_LEFT:.0f} mm"
-                    + (f"; modules {_list(modules)}" if len(modules) < morphology.n_modules else ""),
+                    note=f"cut from {materials.cable.material}, {1e3 * thickness:g} mm, along net/{name}.dxf,"
+                    f" {1e3 * net.size[0]:.0f} x {1e3 * net.size[1]:.0f} mm; the 24 cables of a module in one"
+                    " piece" + (f"; modules {_list(modules)}" if len(modules) < morphology.n_modules else ""),
                 )
             )
     if has_limiter(materials):

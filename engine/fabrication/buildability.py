@@ -9,15 +9,15 @@ from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cable_problems import Problem, cable_problems
 from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.limiter import line_limit
-from engine.fabrication.materials import Materials
+from engine.fabrication.materials import CAP_SLEEVE, Materials
 from engine.fabrication.parts.assembly import servo_clearance
 from engine.fabrication.parts.drum import required_torque
 from engine.fabrication.parts.net import LAYOUTS, lay_out
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import SOCKET, rod_gap
 
-KNOT: Final = 1.5
-"""Length of rod below a cap that a ring or a knot takes, in mm."""
+APART: Final = 0.5
+"""Least gap between a cap and the servo's mount, along the rod, in mm."""
 LEAST_GAP: Final = 0.5
 """Least gap between a servo and the module's other rods, in mm."""
 
@@ -28,7 +28,7 @@ def problems(morphology: Morphology, materials: Materials) -> tuple[Problem, ...
         *cable_problems(morphology, materials),
         *_parts(morphology, materials),
         *_servo(morphology, materials),
-        *_tails(morphology, materials),
+        *_cap_room(morphology, materials),
     )
 
 
@@ -41,7 +41,7 @@ def _parts(morphology: Morphology, materials: Materials) -> list[Problem]:
             proposals = [f"a printer with a bed of at least {x:.0f} x {y:.0f} x {max(z, 1):.0f} mm"]
             if part.name.startswith("net"):
                 design = design_cables(morphology, materials)[part.modules[0]]
-                sizes = {name: lay_out(name, design.path, printer).size for name in LAYOUTS}
+                sizes = {name: lay_out(name, design.free, printer).size for name in LAYOUTS}
                 proposals = [
                     f"a printer with a bed of at least {1e3 * a:.0f} x {1e3 * b:.0f} mm"
                     for a, b in sizes.values()
@@ -94,20 +94,17 @@ def _servo(morphology: Morphology, materials: Materials) -> list[Problem]:
     return found
 
 
-def _tails(morphology: Morphology, materials: Materials) -> list[Problem]:
-    """Return which caps of the servo rod would meet the servo's mount."""
+def _cap_room(morphology: Morphology, materials: Materials) -> list[Problem]:
+    """Return whether the cap of node 0 would meet the servo's mount."""
     left, _ = rod_gap(materials.servo, materials.printer)
-    room = t.ROD_LENGTH / 2 + 1e-3 * (left - SOCKET - KNOT)
-    found = []
-    for d in {d.level: d for d in design_cables(morphology, materials)}.values():
-        if d.tail > room + 1e-9:
-            same = tuple(i for i, other in enumerate(morphology.stiffness_levels) if other == d.level)
-            found.append(
-                Problem(
-                    modules=same,
-                    text=f"At stiffness {d.level / t.N_STIFFNESS_LEVELS:.1f} the cap of node 0 is"
-                    f" {1e3 * d.tail:.1f} mm long and meets the servo's mount.",
-                    proposals=(f"a shorter path: max_tail_mm = {1e3 * room:.1f} in [cable]",),
-                )
-            )
-    return found
+    room = 500 * t.ROD_LENGTH + left - SOCKET - APART
+    if room > 1e3 * CAP_SLEEVE:
+        return []
+    return [
+        Problem(
+            modules=tuple(range(morphology.n_modules)),
+            text=f"The cap of node 0 meets the mount of {materials.servo.model}: between them are"
+            f" {room - 1e3 * CAP_SLEEVE:.1f} mm.",
+            proposals=("a shorter servo",),
+        )
+    ]

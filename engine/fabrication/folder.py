@@ -11,12 +11,13 @@ from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.dimensions.cut_lists import cables, rods
 from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.joints import joints, orientations
+from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
 from engine.fabrication.parts.net import module_net
-from engine.fabrication.parts.net_files import dxf_bytes, svg_bytes
+from engine.fabrication.parts.net_files import coupon_drawing, dxf_bytes, net_drawing, svg_bytes
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.files import csv_text
 
@@ -49,11 +50,15 @@ def fabrication_files(
     if holder is not None:
         files["parts/jig.stl"] = stl_bytes(holder.solid, "jig")
         files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
+    drawings = {}
     for design in {d.level: d for d in design_cables(morphology, materials)}.values():
-        net = module_net(design, materials.printer)
         name = f"net/net_stiffness_{design.level / t.N_STIFFNESS_LEVELS:.1f}"
-        files[f"{name}.dxf"] = dxf_bytes(net, design)
-        files[f"{name}.svg"] = svg_bytes(net, design)
+        drawings[name] = net_drawing(module_net(design, materials.printer), design)
+    if materials.cable.form == "sheet":
+        drawings["net/pull_coupon"] = coupon_drawing(coupon(morphology, materials))
+    for name, drawing in drawings.items():
+        files[f"{name}.dxf"] = dxf_bytes(drawing)
+        files[f"{name}.svg"] = svg_bytes(drawing)
     return files
 
 
@@ -82,12 +87,11 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
         "assembled_mm",
         "contracted_mm",
         "rest_mm",
-        "cut_mm",
+        "unstretched_mm",
         "pretension_n",
         "stiffness_n_per_m",
         "area_mm2",
         "square_side_mm",
-        "round_diameter_mm",
         "strain_assembled_percent",
         "strain_contracted_percent",
         "producible",
@@ -97,12 +101,11 @@ def _cables(morphology: Morphology, materials: Materials) -> bytes:
         [
             t.module_number(c.module),
             *c.nodes,
-            *(_mm(v) for v in (c.assembled, c.contracted, c.rest, c.cut)),
+            *(_mm(v) for v in (c.assembled, c.contracted, c.rest, c.free)),
             f"{c.pretension:.4f}",
             f"{c.stiffness:.3f}",
             _mm(c.area, 1e6),
             _mm(c.square_side),
-            _mm(c.round_diameter),
             _mm(c.strain_assembled, 100.0),
             _mm(c.strain_contracted, 100.0),
             "yes" if c.producible else "no",

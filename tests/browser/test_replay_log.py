@@ -42,7 +42,7 @@ def log(small_run: Path, tmp_path: Path) -> Path:
 def test_a_log_is_played_beside_its_simulation(
     log: Path, small_run: Path, visit: Callable[[str], Page]
 ) -> None:
-    with serve_sessions(log_sessions(log, small_run, "latex-cord"), host="127.0.0.1", port=0) as server:
+    with serve_sessions(log_sessions(log, small_run, "latex-sheet"), host="127.0.0.1", port=0) as server:
         page = visit(f"http://127.0.0.1:{server.get_port()}")
         card, line = page.locator(".ta-card"), page.locator(".ta-replay")
         with RunReader(small_run) as reader:

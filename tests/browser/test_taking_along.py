@@ -59,14 +59,14 @@ def test_files_and_basket(
     page.get_by_label("Paper", exact=True).click()
     page.get_by_role("option", name="Letter").click()
     page.get_by_label("Material", exact=True).click()
-    page.get_by_role("option", name="silicone-cord").click()
+    page.get_by_role("option", name="silicone-sheet").click()
     name, content = download(page, "Download basket")
     assert name == "tensatlas_basket.zip"
     with zipfile.ZipFile(io.BytesIO(content)) as packed:
         folders = {n.split("/")[1] for n in packed.namelist()}
         chosen_materials = [packed.read(n) for n in packed.namelist() if n.endswith("/materials.toml")]
     assert folders == {f"small_robot_{n}" for n in numbers}
-    assert chosen_materials == [preset_text("silicone-cord").encode()] * 2
+    assert chosen_materials == [preset_text("silicone-sheet").encode()] * 2
     listed.get_by_role("button", name=f"Take robot {numbers[0]} of small out").click()
     expect(page.get_by_role("button", name="Download basket (1)")).to_be_visible()
     page.get_by_role("button", name="Clear basket").click()

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from reportlab.lib.colors import Color
+import math
+
+import numpy as np
 
 from engine.body import module as t
-from engine.fabrication.dimensions.cables import CableDesign
+from engine.fabrication.dimensions.cables import RING_RADIUS, CableDesign
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD
 from engine.fabrication.materials import CAP_TIP, Materials, ServoMotor
 from engine.fabrication.parts import drum as d
 from engine.fabrication.parts import servo_parts as sp
 from engine.fabrication.parts import shapes as p
-from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS
 from viz.build_sheet import style
 from viz.build_sheet.pen import Pen
 
@@ -20,52 +21,43 @@ CAP = style.mixed(style.SERVO, style.BAND, 0.65)
 
 def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     """Draw a finished rod end, cut along the rod, the node to the right."""
-    tail, printed = 1e3 * design.tail, materials.cable.form == "printed"
-    bore = (sp.ROD_DIAMETER + 1e3 * materials.printer.clearance) / 2
-    sleeve = bore + 1e3 * materials.printer.min_wall
-    crown, knob = sleeve + p.CROWN_TEETH, p.CROWN_ABOVE + p.NECK + p.HEAD[1]
-    bare = 7.0
-    scale = min((pen.width - 24) / (tail + bare + knob), (pen.height / 2 - 34) / crown)
-    x0, y0 = pen.width - 10 - scale * knob, pen.height / 2
+    half = p.profile(design, materials.printer)
+    sleeve, low = half[0]
+    rim = max(r for r, _ in half)
+    knob, bare, reach = half[-1][1], 7.0, 4.5
+    scale = min((pen.width - 60) / (bare + knob - low), (pen.height / 2 - 20) / (rim + 0.7 * reach))
+    x0, y0 = pen.width - 44 - scale * knob, pen.height / 2 + 2
 
     def at(x: float, y: float) -> tuple[float, float]:
         return x0 + scale * x, y0 + scale * y
 
-    def bar(x: float, x1: float, half: float, fill: Color) -> None:
-        a, b = at(x, -half), at(x1, half)
-        pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)
-
-    bar(-tail, p.CROWN_ABOVE, sleeve, CAP)
-    bar(max(-tail, -p.CROWN_BELOW), p.CROWN_ABOVE, crown, CAP)
-    bar(p.CROWN_ABOVE, p.CROWN_ABOVE + p.NECK, p.NECK, CAP)
-    bar(p.CROWN_ABOVE + p.NECK, knob, p.HEAD[0], CAP)
-    bar(-tail - bare, -1e3 * CAP_TIP, sp.ROD_DIAMETER / 2, style.ROD)
-    ring = 1e3 * (EYELET_RADIUS - EYELET_HOLE / 2)
+    pen.path([at(z, r) for r, z in half] + [at(z, -r) for r, z in half[::-1]], fill=CAP, close=True)
+    a, b = at(low - bare, -sp.ROD_DIAMETER / 2), at(-1e3 * CAP_TIP, sp.ROD_DIAMETER / 2)
+    pen.box(a[0], a[1], b[0] - a[0], b[1] - a[1], fill=style.ROD, line=0.5)
+    # the ring, which follows the rim's slope, and the cables
+    turn = math.radians(p.SLOPE)
+    way = np.array([-math.sin(turn), math.cos(turn)])
+    flat, ring = half[4], 1e3 * RING_RADIUS
+    thick = max(1.2, scale * 1e3 * design.section.thickness)
     for side in (-1, 1):
-        a = at(-tail - p.EYELET_THICKNESS, side * sp.ROD_DIAMETER / 2)
-        b = at(-tail, side * (sp.ROD_DIAMETER / 2 + ring))
-        low, high = min(a[1], b[1]), max(a[1], b[1])
-        pen.box(a[0], low, b[0] - a[0], high - low, fill=style.CABLE, stroke=None)
-        path = [(-tail, sleeve + 0.35), (-0.1, sleeve + 0.35), (0.0, 1.7), (-1.0, sleeve + p.CROWN_TEETH + 2)]
-        pen.path([at(x, side * y) for x, y in path], stroke=style.CABLE, width=2.0)
+        seat = np.array([flat[1] + 0.5 * thick / scale, flat[0]])
+        rim_edge = seat + (ring - flat[0]) / math.cos(turn) * way
+        path = [(seat[0], p.POST), tuple(seat), tuple(rim_edge), tuple(rim_edge + reach * way)]
+        pen.path([at(x, side * y) for x, y in path], stroke=style.CABLE, width=thick)
     x, y = at(0.0, 0.0)
-    pen.line(
-        (x, y - scale * crown - 22), (x, y + scale * crown + 4), color=style.LINK, width=0.8, dash=(3, 2)
-    )
-    below = y - scale * crown - 16
-    pen.dimension((at(-tail, 0)[0], below), (x, below), f"{tail:.1f} mm", ticks=(y - scale * sleeve,) * 2)
-    pen.text(x + 2, below - 14, "node", align="centre", color=style.LINK, bold=True)
-    # a short cap is drawn near the right edge
-    where = min(at(-tail - bare, 0)[0], pen.width - 146)
-    pen.text(where, y + scale * crown + 22, "ring" if printed else "knot", color=style.CABLE, bold=True)
-    pen.line((where + 12, y + scale * crown + 20), at(-tail - 0.6, sp.ROD_DIAMETER / 2 + 1), width=0.4)
-    pen.text(where + 44, y + scale * crown + 22, "cable", color=style.CABLE, bold=True)
-    pen.line((where + 58, y + scale * crown + 20), at(-0.6 * tail, sleeve + 0.4), width=0.4)
-    pen.text(where + 92, y + scale * crown + 22, "cap", color=style.SERVO, bold=True)
-    pen.line((where + 101, y + scale * crown + 20), at(-0.25 * tail, 0.5 * (sleeve + bore)), width=0.4)
-    pen.text(where, y - 3, "rod", bold=True)
-    pen.text(pen.width - 10, y + scale * crown + 22, "neck", align="right", color=style.SOFT)
-    pen.line((pen.width - 20, y + scale * crown + 20), at(p.CROWN_ABOVE + p.NECK / 2, p.NECK), width=0.4)
+    edge = scale * (rim + 1.0)
+    pen.line((x, y - edge - 8), (x, y + edge + 4), color=style.LINK, width=0.8, dash=(3, 2))
+    pen.text(x + 2, y - edge - 18, "node", align="centre", color=style.LINK, bold=True)
+    top = pen.height - 10
+    pen.text(at(low, 0)[0], top, "cable", color=style.CABLE, bold=True)
+    pen.line((at(low, 0)[0] + 12, top - 2), at(*(rim_edge + 0.6 * reach * way)), width=0.4)
+    pen.text(x + 16, top, "ring", color=style.CABLE, bold=True)
+    pen.line((x + 22, top - 2), at(flat[1] + 0.1, flat[0] - 0.2), width=0.4)
+    pen.text(at(low, 0)[0] - 6, y - edge - 2, "cap", color=style.SERVO, bold=True)
+    pen.line((at(low, 0)[0] + 2, y - edge + 6), at(0.7 * low, -sleeve + 0.3), width=0.4)
+    pen.text(at(low - bare, 0)[0], y - 3, "rod", bold=True)
+    pen.text(x + 22, y - edge - 2, "knob", color=style.SOFT)
+    pen.line((x + 28, y - edge + 6), at(knob - 0.4, -1.0), width=0.4)
 
 
 def draw_drum(pen: Pen, motor: ServoMotor) -> None:

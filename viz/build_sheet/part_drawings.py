@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-import numpy as np
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
@@ -105,56 +104,38 @@ def _rods(pen: Pen, materials: Materials) -> None:
 
 def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -> None:
     solid = p.cap(design, materials.printer, footed=footed)
-    bore = (sp.ROD_DIAMETER + 1e3 * materials.printer.clearance) / 2
-    sleeve = bore + 1e3 * materials.printer.min_wall
-    crown, tail = sleeve + p.CROWN_TEETH, 1e3 * design.tail
-    neck = p.CROWN_ABOVE + p.neck_height(footed=footed)
-    top = neck + p.HEAD[1]
-    scale = min(11.0, (pen.height - 44) / (tail + top))
-    view = View(pen, (150, 24 + scale * tail), scale)
+    half = p.profile(design, materials.printer, footed=footed)
+    (sleeve, low), (rim, edge_low), (_, edge_high) = half[0], half[2], half[3]
+    (flat, seat), neck, top = half[4], half[8][1], half[-1][1]
+    bore, post = p.bore(materials.printer), half[6][1]
+    scale = min(13.0, (pen.height - 50) / (top - low))
+    view = View(pen, (150, 30 - scale * low), scale)
     view.shape(cut(solid))
-    low = -scale * tail
-    view.level(-bore, bore, low - 8, f"Ø {2 * bore:.1f}", (-tail, -tail))
-    view.level(-sleeve, sleeve, low - 19, f"Ø {2 * sleeve:.1f}", (-tail, -tail))
-    crown_low = max(-tail, -p.CROWN_BELOW)
-    x = scale * crown
-    view.upright(-tail, top, -x - 62, f"{tail + top:.1f}", (-sleeve, -p.HEAD[0]))
-    view.upright(-tail, 0.0, -x - 42, f"{tail:.1f}", (-sleeve, -crown))
-    view.upright(crown_low, p.CROWN_ABOVE, -x - 22, f"{p.CROWN_ABOVE - crown_low:.1f}", (-crown, -crown))
-    tip = 1e3 * CAP_TIP
-    neck_said = f"neck Ø {2 * p.NECK:.1f} × {neck - p.CROWN_ABOVE:.1f}"
+    foot = scale * low
+    view.level(-bore, bore, foot - 8, f"Ø {2 * bore:.1f}", (low, low))
+    view.level(-sleeve, sleeve, foot - 19, f"Ø {2 * sleeve:.1f}", (low, low))
+    x = scale * rim
+    view.upright(low, top, -x - 62, f"{top - low:.1f}", (-sleeve, -p.HEAD[0]))
+    view.upright(low, 0.0, -x - 42, f"{-low:.1f}", (-sleeve, -rim))
+    view.upright(edge_low, edge_high, -x - 16, f"{edge_high - edge_low:.1f}", (-rim, -rim))
     notes: list[tuple[float, str, Point]] = [
         (scale * (top - 0.4), f"knob Ø {2 * p.HEAD[0]:.1f} × {p.HEAD[1]:.1f}", (p.HEAD[0], top - 0.4)),
-        (scale * (neck - 0.6), neck_said, (p.NECK, neck - 0.6)),
-        (0.0, f"hole Ø {p.HOLE:.1f} for the limiter's line", (crown - 0.2, -0.3)),
-        (-scale * 1.6, f"crown Ø {2 * crown:.1f}", (crown, -1.6)),
-        (-scale * 4.0, f"rod's end, {tip:.1f} below the node", (bore * 0.4, -tip)),
+        (scale * (neck - 0.6), f"neck Ø {2 * p.NECK:.1f} × {neck - post:.1f}", (p.NECK, neck - 0.6)),
+        (0.0, f"post Ø {2 * p.POST:.1f} × {post - seat:.1f} for the rings", (p.POST, (seat + post) / 2)),
+        (-scale * 1.0, f"flat to Ø {2 * flat:.1f}, {-seat:.2f} below the node", (flat - 0.2, seat)),
+        (-scale * 1.8, f"rim Ø {2 * rim:.1f}, slopes by {p.SLOPE:.0f}°", (rim, edge_high)),
+        (-scale * 4.0, f"rod's end, {1e3 * CAP_TIP:.1f} below the node", (bore * 0.4, -1e3 * CAP_TIP)),
     ]
     view.notes(x + 14, notes)
-    wide = 9.5  # a long cap is drawn small from the side
-    above = View(pen, (pen.width - 82, pen.height / 2 - 4), wide)
-    above.shape(solid.slice(0.5 * p.CROWN_ABOVE))
-    reach = crown + 1.0
-    angles = [float(a) for a in p.notch_angles()]
-    for k, angle in enumerate(angles):
-        v = np.radians(angle)
-        pen.line(
-            above.at(0, 0), above.at(reach * np.cos(v), reach * np.sin(v)), color=style.CABLE, dash=(3, 2)
-        )
-        following = angles[(k + 1) % len(angles)] + (360.0 if k == len(angles) - 1 else 0.0)
-        between = np.radians((angle + following) / 2)
-        x, y = above.at((crown + 1.6) * np.cos(between), (crown + 1.3) * np.sin(between))
-        pen.text(x, y - 3, f"{following - angle:.0f}°", align="centre")
-    above.title(wide * crown + 26, "cut at the node, seen from outside")
-    pen.text(
-        above.origin[0],
-        above.origin[1] - wide * crown - 32,
-        f"notches {p.notch_width(design):.1f} wide, {1e3 * t.ANCHOR_OFFSET:.1f} from the axis",
-        align="centre",
-    )
-    pen.text(
-        above.at(reach + 1.9, 0)[0] - 4, above.origin[1] - 16, "inwards", align="centre", color=style.SOFT
-    )
+    above = View(pen, (pen.width - 82, pen.height / 2 - 4), 9.5)
+    above.shape(solid.project())
+    above.shape(solid.slice((seat + post) / 2))
+    reach = 9.5 * rim
+    above.title(reach + 26, "from outside; the cut through its post")
+    (start, end) = p.line_hole()
+    pen.line(above.at(start[0], 0), above.at(end[0], 0), color=style.SERVO_CABLE, dash=(3, 2))
+    above.title(-reach - 20, f"hole Ø {p.HOLE:.1f} for the limiter's line")
+    pen.text(above.at(rim + 1.2, 0)[0] + 3, above.origin[1] - 3, "inwards", color=style.SOFT)
 
 
 def _drum(pen: Pen, materials: Materials) -> None:
@@ -304,7 +285,7 @@ def _foot(pen: Pen, lean: int) -> None:
     view.shape(cut(solid))
     view.level(box[0], box[3], scale * box[2] - 10, f"{box[3] - box[0]:.1f}", (box[2], box[2]))
     view.upright(box[2], box[5], scale * box[0] - 22, f"{box[5] - box[2]:.1f}", (0.0, 0.0))
-    neck = p.CROWN_ABOVE + p.neck_height(footed=True)
+    neck = p.POST_TOP + p.neck_height(footed=True)
     view.note(
         scale * box[3] + 14,
         scale * box[5] - 6,

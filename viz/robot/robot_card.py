@@ -78,14 +78,16 @@ def render(
     return "".join(parts)
 
 
-def render_verdict(material: str, problems: Sequence[str]) -> str:
-    """Return whether a robot can be built from a material, and if not, why."""
+def render_verdict(material: str, problems: Sequence[str], instead: str = "") -> str:
+    """Return whether a robot can be built from a material, and if not, why, and what is taken instead."""
     if not problems:
         text = f'<b style="color:{theme.GOOD_TEXT}">✓</b> can be built from {html.escape(material)}'
     else:
         text = (
-            f'<b style="color:{theme.WARNING_TEXT}">✗</b> not from {html.escape(material)}:'
-            f" {html.escape(problems[0])}" + (f" And {len(problems) - 1} more." if problems[1:] else "")
+            f'<b style="color:{theme.WARNING_TEXT}">✗</b> not from {html.escape(material)}'
+            + (f", {html.escape(instead)} is taken instead" if instead else "")
+            + f": {html.escape(problems[0])}"
+            + (f" And {len(problems) - 1} more." if problems[1:] else "")
         )
     return (
         '<div class="ta-verdict" style="font-size:12px;line-height:1.4;margin:0 10px 6px;overflow:hidden;'

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import enum
 import functools
-import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
@@ -19,12 +18,7 @@ from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions import limiter, tolerances
-from engine.fabrication.dimensions.cables import (
-    CAP_FRICTION,
-    CableDesign,
-    cable_design,
-    working_length,
-)
+from engine.fabrication.dimensions.cables import CableDesign, cable_design
 from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.kit.power import tether_density
 from engine.fabrication.materials import Materials
@@ -33,8 +27,6 @@ from engine.fabrication.parts.servo_parts import servo_rod_centre_of_mass
 
 TOLERANCE: Final = 2.0
 """A tolerance of the sheet is this many standard deviations."""
-CAP_FRICTION_SPREAD: Final = 0.075
-"""Standard deviation of the friction of cables on their caps."""
 MODULUS_CHECKED: Final = tolerances.STIFFNESS / TOLERANCE
 """Standard deviation of a modulus from a data sheet, in parts of it. Batches differ by 20 %, but the sheet
 begins with a pull test: outside its tolerance nothing is built before the measurement is entered."""
@@ -142,15 +134,6 @@ def deviations(
     return tuple(make(morphology, materials) for make in makers)
 
 
-def friction_spread(design: CableDesign, materials: Materials) -> float:
-    """Return the standard deviation of a cable's stiffness by the friction over its caps, in parts of it."""
-    more, less = (
-        working_length(design.tail, materials.cable, CAP_FRICTION + sign * CAP_FRICTION_SPREAD)
-        for sign in (1, -1)
-    )
-    return abs(less - more) / (2 * design.working)
-
-
 def _masses(morphology: Morphology, materials: Materials, feet: tuple[Foot, ...]) -> Deviation:
     plain, heavy = _rod_masses(morphology, materials, feet)
     return Deviation(
@@ -229,8 +212,7 @@ def _cables(levels: Sequence[int], materials: Materials) -> Deviation:
     if not all(d.springs_back for d in designs.values()):
         built += ": it is strained beyond what it springs back from"
     material = MODULUS_MEASURED if materials.pull_test else MODULUS_CHECKED
-    slides = max(friction_spread(d, materials) for d in designs.values())
-    module = math.hypot(tolerances.STIFFNESS / TOLERANCE, slides)
+    module = tolerances.STIFFNESS / TOLERANCE
     guess = f"modulus of {materials.name}, checked by a pull test: {materials.cable.source or 'no source'}"
     return Deviation(
         key="cables",
@@ -251,18 +233,16 @@ def _wanted(design: CableDesign) -> float:
     return t.stiffness_n_per_m(design.level / t.N_STIFFNESS_LEVELS)
 
 
-def _rest_length(morphology: Morphology, materials: Materials) -> Deviation:
-    rest = cable_design(morphology.stiffness_levels[0], materials).rest
+def _rest_length(_morphology: Morphology, _materials: Materials) -> Deviation:
     return Deviation(
         key="rest_length",
         name="rest length of the passive cables",
         simulated=f"{1e3 * t.CABLE_REST_LENGTH:.2f} mm",
-        built=f"{1e3 * rest:.2f} mm",
+        built=f"as if it were {1e3 * t.CABLE_REST_LENGTH:.2f} mm, in the assembled module",
         spread=f"± {1e3 * tolerances.REST / TOLERANCE:.2f} mm",
         origin=Origin.ASSUMED,
         source="half the sheet's tolerance",
-        remedy="caps and nets within the tolerance",
-        figures={"rest_length": rest},
+        remedy="nets cut within the tolerance",
         scatter={"rest_length": tolerances.REST / TOLERANCE},
     )
 

@@ -21,8 +21,8 @@ FEET_PAIRS: Final = ((0.3, 0.8), (0.35, 0.7), (0.4, 0.6), (0.45, 0.55), (0.5, 0.
 SOFT: Final = 2
 """The stiffness level whose masses and centre of mass stand for those of all bodies that a search tries.
 
-The kernel simulates robots side by side that weigh the same. Soft bodies are those that crawl; of latex cord
-they weigh what was simulated up to level 3, and stiffer ones more.
+The kernel simulates robots side by side that weigh the same. Soft bodies are those that crawl; with a net of
+latex they weigh what was simulated within 0.1 g a rod up to level 4, and stiffer ones more.
 """
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import CableDesign, cable_design
 from engine.fabrication.materials import (
-    MAX_TAIL,
     PRESETS,
     CableMaterial,
     Materials,
@@ -42,6 +40,22 @@ def cable_problems(morphology: Morphology, materials: Materials) -> tuple[Proble
     return tuple(found)
 
 
+def makeable(morphology: Morphology, materials: Materials) -> Materials:
+    """Return the materials asked for, or the first preset that all of a body's cables can be made of.
+
+    A file of one's own is never replaced, as what was measured is in it.
+    """
+    found = cable_problems(morphology, materials)
+    if not found or materials.file not in PRESETS:
+        return materials
+    for name in PRESETS:
+        other = load_materials(name)
+        if not cable_problems(morphology, other):
+            instead = f"Made of {other.name}, not of {materials.name}, which was asked for: {found[0].text}"
+            return dataclasses.replace(other, instead=instead)
+    return materials
+
+
 def _problems(d: CableDesign, materials: Materials, modules: tuple[int, ...]) -> list[Problem]:
     cable, printer = materials.cable, materials.printer
     texts = []
@@ -54,9 +68,12 @@ def _problems(d: CableDesign, materials: Materials, modules: tuple[int, ...]) ->
                 f" {1e3 * printer.layer:g} mm), which is {d.stiffness_made / d.stiffness:.2f} times as stiff."
             )
         else:
+            thick = d.stiffness_made < d.stiffness
             texts.append(
-                f"At stiffness {d.level / 10:.1f} no {cable.material} that can be bought fits: the one of"
-                f" {1e3 * d.section.width:g} mm is {d.stiffness_made / d.stiffness:.2f} times as stiff."
+                f"At stiffness {d.level / 10:.1f} no {cable.material} that can be bought is"
+                f" {'thick' if thick else 'thin'} enough: a strip of {1e3 * d.section.width:.1f} x"
+                f" {1e3 * d.section.thickness:g} mm, the {'widest' if thick else 'narrowest'}, is"
+                f" {d.stiffness_made / d.stiffness:.2f} times as stiff."
             )
     if not d.springs_back:
         texts.append(
@@ -78,15 +95,11 @@ def _proposals(d: CableDesign, materials: Materials) -> tuple[str, ...]:
         changed = dataclasses.replace(materials, **change)  # type: ignore[arg-type]
         return cable_design(d.level, changed).works
 
-    if cable.max_tail < MAX_TAIL:
-        for half_mm in range(math.floor(2000 * cable.max_tail) + 1, round(2000 * MAX_TAIL) + 1):
-            if works(cable=dataclasses.replace(cable, max_tail=half_mm / 2000)):
-                found.append(f"a longer path: max_tail_mm = {half_mm / 2:g} in [cable]")
-                break
-    for percent in range(95, 4, -5):
+    for percent in (*range(95, 4, -5), *range(110, 310, 10)):
         modulus = cable.modulus * percent / 100
         if works(cable=dataclasses.replace(cable, modulus=modulus)):
-            found.append(f"a softer material: a modulus of {modulus / 1e6:.3g} MPa")
+            kind = "softer" if percent < 100 else "stiffer"
+            found.append(f"a {kind} material: a modulus of {modulus / 1e6:.3g} MPa")
             break
     if cable.form == "printed":
         for nozzle in (0.0003, 0.00025, 0.0002, 0.00015, 0.0001):
@@ -98,8 +111,5 @@ def _proposals(d: CableDesign, materials: Materials) -> tuple[str, ...]:
         if other.cable.material != cable.material and works(cable=other.cable):
             found.append(f"{other.cable.material} (preset {name})")
     if not found:
-        found.append(
-            f"another material: softer than {cable.modulus / 1e6:.3g} MPa and springing back from at least"
-            f" {100 * d.strain:.0f} % strain"
-        )
+        found.append(f"another material, which springs back from at least {100 * d.strain:.0f} % strain")
     return tuple(found)

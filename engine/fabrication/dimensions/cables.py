@@ -1,25 +1,21 @@
-"""The passive cables as they are made: section, length along the rods and strain.
+"""The passive cables as they are made: length, section and strain.
 
-A cable of the simulation is a spring of stiffness k and rest length L0. A piece of elastic material with the
-free length L, the section A and the modulus E is that spring if k = E A / L. In the simulation L0 is so
-short, and the rods hold it so far apart, that a cable of that length would be strained by 130 to 200 %. So a
-real one is longer than L0: at both ends it continues along its rod, under a cap (``parts.shapes``), to an
-eyelet or a knot. This *tail* is part of the spring: L = L0 + 2 tail (less the eyelets' rings, which hardly
-stretch). The rest length between the rod ends stays L0, the stiffness stays k, the strain falls and the
-section grows.
+A cable of the simulation is a spring of stiffness k and rest length L0, stretched by s in the assembled
+module. A strip of rubber of the simulation's rest length would be strained by 130 to 200 %, and it is no such
+spring: its pull grows less and less. But one point of its curve suffices. A strip of rubber is chosen that
+pulls, in the assembled module, with the simulated tension k s, and whose tension grows there by the simulated
+k (``rubber.stretch_of``). That fixes its unstretched length L and its section A, for any modulus:
 
-A tail takes part only as far as the cable slides over its cap. While it is pulled, friction leaves the tail
-1 / c of the span's tension, c being the capstan's factor exp(friction x angle). Span and tails are springs in
-series,
+    L (stretch - 1 / stretch^2) / (1 + 2 / stretch^3) = s        k s = A G (stretch - 1 / stretch^2)
 
-    k = E A / W,    W = L0 + (L - L0) / c,
-
-the *working length*. The modulus counts as it is after a day, when the cable has relaxed.
+The strip ends where the cap of a rod's end holds the ring that it hangs on (``parts.shapes``); the rings lie
+on the caps and hardly stretch. The modulus counts as it is after a day, when the cable has relaxed.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import Final
 
@@ -28,60 +24,47 @@ import numpy as np
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.floating_module import CONTRACTED, floating_module
-from engine.fabrication.materials import (
-    MIN_TAIL,
-    CableMaterial,
-    Materials,
-    Source,
-    least_certain,
-)
+from engine.fabrication.dimensions.rubber import pull, shear_modulus, stretch_of
+from engine.fabrication.materials import Materials, Source, least_certain
 
-EYELET_WALL: Final = 0.0018
-"""Width of the ring round an eyelet's hole, in m; it counts as rigid."""
-KNOT_ALLOWANCE: Final = 0.03
-"""Cord to add at each end for the knot, in m."""
-KNOT_LEFT: Final = 0.006
-"""How much of that stays in the knot when it is trimmed, in m."""
-_TAIL_STEP: Final = 0.0005
-CAP_BEND: Final = math.radians(129.0)
-"""How far a cable bends over its cap, in rad: the middle of the 113 to 145 degrees of the four notches."""
-CAP_FRICTION: Final = 0.35
-"""Coefficient of a cable on its cap, assumed: rubber and TPU on smooth plastic have 0.2 to 0.5."""
+RING_RADIUS: Final = 0.0033
+"""Outer radius of a net's ring and of the cap's rim that it lies on, in m: cables begin to stretch there."""
+LEAST_STRIP: Final = 0.001
+"""Width of the narrowest strip that is cut from a sheet, in m: 0.05 mm of error are 5 % of it; assumed."""
+MOST_STRIP: Final = 2 * RING_RADIUS * math.tan(math.radians(30.0))
+"""Width of the widest, in m: two strips of a triangle, 60 degrees apart, still part at their ring."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """The cross-section of a cable as made, in m: printed width x thickness, or a cord's diameter."""
+    """The cross-section of a cable as made, in m: width in the net's plane, and thickness."""
 
     width: float
     thickness: float
-    round: bool
 
     @property
     def area(self) -> float:
         """In m2."""
-        return self.width * self.thickness * (math.pi / 4 if self.round else 1.0)
+        return self.width * self.thickness
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CableDesign:
-    """How the 24 passive cables of a module are made; all have the same rest length and stiffness.
+    """How the 24 passive cables of a module are made; all are alike.
 
     Attributes:
         module: index from 0.
         level: the module's stiffness gene, 1 to 10.
         stiffness: in N/m: level / 10 x k_ref.
         stiffness_source: simulated, or measured if the materials name a ``k_ref``.
-        rest: rest length L0 between the anchors, in m.
-        tail: length that lies along the rod at each end, in m.
-        free: elastic length L of the material, in m.
-        working: working length W, in m.
-        area: A = k W / E, in m2.
+        tension: in the assembled module, servo off, in N.
+        free: unstretched length from ring to ring, in m.
+        area: of the section that the stiffness asks for, in m2.
         section: the section that is made.
-        stiffness_made: E A / W of that section, in N/m; equals ``stiffness`` if there is no problem.
-        strain_assembled: strain of the span in the assembled module, servo off; tails have less.
+        stiffness_made: that it has in the assembled module, in N/m; ``stiffness`` if there is no problem.
+        strain_assembled: in the assembled module, servo off.
         strain_contracted: largest strain of any of the 24 at full contraction of the servo.
-        producible: whether the section can be printed with the nozzle, or bought.
+        producible: whether the section can be printed with the nozzle, or cut from a sheet that is sold.
         springs_back: whether neither strain exceeds what the material springs back from.
     """
 
@@ -89,10 +72,8 @@ class CableDesign:
     level: int
     stiffness: float
     stiffness_source: Source
-    rest: float
-    tail: float
+    tension: float
     free: float
-    working: float
     area: float
     section: Section
     stiffness_made: float
@@ -112,19 +93,9 @@ class CableDesign:
         return max(self.strain_assembled, self.strain_contracted)
 
     @property
-    def path(self) -> float:
-        """Unstretched length from eyelet hole to eyelet hole, or knot to knot, in m: rest + 2 tail."""
-        return self.rest + 2 * self.tail
-
-    @property
     def square_side(self) -> float:
         """Side of a square section of area A, in m."""
         return math.sqrt(self.area)
-
-    @property
-    def round_diameter(self) -> float:
-        """Diameter of a round section of area A, in m."""
-        return math.sqrt(4 * self.area / math.pi)
 
 
 def design_cables(morphology: Morphology, materials: Materials) -> tuple[CableDesign, ...]:
@@ -138,30 +109,51 @@ def design_cables(morphology: Morphology, materials: Materials) -> tuple[CableDe
 def cable_design(level: int, materials: Materials) -> CableDesign:
     """Return how the cables of a module of a stiffness level, 1 to 10, are made, as if it were module 0."""
     cable = materials.cable
-    k = _stiffness(level, cable)
-    assembled, contracted = _stretch(level)
-    stretch = max(assembled, contracted)
-    pick = _printed if cable.form == "printed" else _cord
-    tail, section = pick(k, stretch, materials)
-    working, modulus = working_length(tail, cable), _modulus(cable)
-    made = modulus * section.area / working
+    k = (t.CABLE_STIFFNESS if cable.k_ref is None else cable.k_ref) * level / t.N_STIFFNESS_LEVELS
+    reach = float(floating_module(level, None).cables.mean()) - t.CABLE_REST_LENGTH
+    span = float(spans(level, None).mean())
+    stretch = stretch_of(reach, span)
+    free, area = span / stretch, k * reach / (shear_modulus(cable) * pull(stretch))
+    section = (_printed if cable.form == "printed" else _cut)(area, materials)
+    made = k * section.area / area
+    contracted = float(spans(level, CONTRACTED).max()) / free - 1.0
     return CableDesign(
         module=0,
         level=level,
         stiffness=k,
         stiffness_source=Source.SIMULATED if cable.k_ref is None else Source.MEASURED,
-        rest=t.CABLE_REST_LENGTH,
-        tail=tail,
-        free=_free(tail, cable),
-        working=working,
-        area=k * working / modulus,
+        tension=k * reach,
+        free=free,
+        area=area,
         section=section,
         stiffness_made=made,
-        strain_assembled=assembled / working,
-        strain_contracted=contracted / working,
+        strain_assembled=stretch - 1.0,
+        strain_contracted=contracted,
         producible=abs(made / k - 1) < 0.01,
-        springs_back=stretch / working <= cable.max_strain * (1 + 1e-9),
+        springs_back=max(stretch - 1.0, contracted) <= cable.max_strain * (1 + 1e-9),
     )
+
+
+@functools.lru_cache(maxsize=2 * t.N_STIFFNESS_LEVELS)
+def spans(level: int, command: int | None) -> np.ndarray:
+    """Return (24,) lengths of the cables' stretched strips, from rim to rim, in m, as ``module.CABLES``.
+
+    Args:
+        level: the stiffness gene of a floating module, 1 to 10.
+        command: of its servo in degrees; None for off.
+    """
+    nodes = floating_module(level, command).nodes
+    found = []
+    for a, b in t.CABLES:
+        ends = []
+        for node, other in ((a, b), (b, a)):
+            axis = nodes[node] - nodes[node ^ 1]
+            axis = axis / np.linalg.norm(axis)
+            way = nodes[other] - nodes[node]
+            way = way - axis * (way @ axis)
+            ends.append(nodes[node] + RING_RADIUS * way / np.linalg.norm(way))
+        found.append(np.linalg.norm(ends[1] - ends[0]))
+    return np.array(found)
 
 
 def section_source(materials: Materials) -> Source:
@@ -169,67 +161,18 @@ def section_source(materials: Materials) -> Source:
     return least_certain(Source.SIMULATED, materials.cable_source)
 
 
-def _stiffness(level: int, cable: CableMaterial) -> float:
-    return (t.CABLE_STIFFNESS if cable.k_ref is None else cable.k_ref) * level / t.N_STIFFNESS_LEVELS
-
-
-def _stretch(level: int) -> tuple[float, float]:
-    """Return the largest stretch of a module's cables, assembled and contracted, in m."""
-    states = [floating_module(level, command) for command in (None, CONTRACTED)]
-    assembled, contracted = (float(np.max(s.cables)) - t.CABLE_REST_LENGTH for s in states)
-    return assembled, contracted
-
-
-def _free(tail: float, cable: CableMaterial) -> float:
-    ring = EYELET_WALL if cable.form == "printed" else 0.0
-    return t.CABLE_REST_LENGTH + 2 * tail - 2 * ring
-
-
-def working_length(tail: float, cable: CableMaterial, friction: float = CAP_FRICTION) -> float:
-    """Return the working length W in m of a cable with tails of a length in m."""
-    return t.CABLE_REST_LENGTH + (_free(tail, cable) - t.CABLE_REST_LENGTH) / _capstan(friction)
-
-
-def _capstan(friction: float) -> float:
-    return math.exp(friction * CAP_BEND)
-
-
-def _modulus(cable: CableMaterial) -> float:
-    """Return the modulus after a day, in Pa."""
-    return cable.modulus * (1.0 - cable.relaxation_after_a_day)
-
-
-def _tail(working: float, cable: CableMaterial) -> float:
-    """Return the tail in m of a cable with a working length in m."""
-    return MIN_TAIL + (working - working_length(MIN_TAIL, cable)) * _capstan(CAP_FRICTION) / 2
-
-
-def _printed(k: float, stretch: float, materials: Materials) -> tuple[float, Section]:
-    """Return the shortest tail that works, or the longest allowed, and the section."""
-    cable, printer = materials.cable, materials.printer
-    working = max(stretch / cable.max_strain, printer.least_area * _modulus(cable) / k)
-    tail = max(MIN_TAIL, math.ceil(_tail(working, cable) / _TAIL_STEP - 1e-9) * _TAIL_STEP)
-    tail = min(tail, cable.max_tail)
-    area = k * working_length(tail, cable) / _modulus(cable)
-    # the squarest section of whole layers that is no narrower than a line
+def _printed(area: float, materials: Materials) -> Section:
+    """Return the squarest section of whole layers that is no narrower than a line."""
+    printer = materials.printer
     layers = max(printer.min_layers, math.floor(math.sqrt(area) / printer.layer + 1e-9))
     while layers > printer.min_layers and area / (layers * printer.layer) < printer.nozzle:
         layers -= 1
     thickness = layers * printer.layer
-    return tail, Section(width=max(printer.nozzle, area / thickness), thickness=thickness, round=False)
+    return Section(width=max(printer.nozzle, area / thickness), thickness=thickness)
 
 
-def _cord(k: float, stretch: float, materials: Materials) -> tuple[float, Section]:
-    """Return the thinnest cord whose tail makes the stiffness exact, or the one with the smallest error."""
-    cable = materials.cable
-    best: tuple[float, float, Section] | None = None
-    for diameter in cable.stock_diameters:
-        section = Section(width=diameter, thickness=diameter, round=True)
-        working = _modulus(cable) * section.area / k
-        tail = min(max(_tail(working, cable), MIN_TAIL), cable.max_tail)
-        made = working_length(tail, cable)
-        error = abs(made / working - 1) + max(0.0, stretch / made / cable.max_strain - 1)
-        if best is None or error < best[0] - 1e-9:
-            best = error, tail, section
-    assert best is not None
-    return best[1], best[2]
+def _cut(area: float, materials: Materials) -> Section:
+    """Return the section from the thinnest sheet whose strip is not too wide; the widest of the thickest."""
+    sheets = materials.cable.stock_thicknesses
+    thickness = next((s for s in sheets if area / s <= MOST_STRIP), sheets[-1])
+    return Section(width=min(max(area / thickness, LEAST_STRIP), MOST_STRIP), thickness=thickness)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.cables import KNOT_ALLOWANCE, design_cables
+from engine.fabrication.dimensions.cables import design_cables, spans
 from engine.fabrication.dimensions.floating_module import CONTRACTED, floating_module
 from engine.fabrication.materials import CAP_TIP, Materials
 
@@ -24,12 +24,12 @@ class Cable:
         assembled: length between its anchors in the assembled module, servo off (simulated).
         contracted: the same at full contraction (simulated).
         rest: rest length between the anchors (simulated).
-        cut: length to cut from cord, knots included; None if it is printed.
+        free: unstretched length of the strip from ring to ring.
         pretension: tension in the assembled module, servo off, in N.
         stiffness: in N/m.
         strain_assembled, strain_contracted: of the material.
-        area, square_side, round_diameter: of the section that the stiffness asks for.
-        producible: whether that section can be printed or bought.
+        area, square_side: of the section that the stiffness asks for.
+        producible: whether that section can be printed, or cut from a sheet that can be bought.
     """
 
     name: str
@@ -38,14 +38,13 @@ class Cable:
     assembled: float
     contracted: float
     rest: float
-    cut: float | None
+    free: float
     pretension: float
     stiffness: float
     strain_assembled: float
     strain_contracted: float
     area: float
     square_side: float
-    round_diameter: float
     producible: bool
 
 
@@ -98,10 +97,9 @@ def cables(morphology: Morphology, materials: Materials) -> tuple[Cable, ...]:
     """Return every passive cable of a robot: 24 per module, in the order of ``module.CABLES``."""
     rows = []
     for d in design_cables(morphology, materials):
-        assembled = floating_module(d.level, None).cables
-        contracted = floating_module(d.level, CONTRACTED).cables
+        assembled, contracted = (floating_module(d.level, c).cables for c in (None, CONTRACTED))
+        strips, short = (spans(d.level, c) for c in (None, CONTRACTED))
         for k, nodes in enumerate(t.CABLES):
-            stretch = float(assembled[k]) - d.rest
             rows.append(
                 Cable(
                     name=f"m{d.module}_cable_{nodes[0]}_{nodes[1]}",
@@ -109,15 +107,14 @@ def cables(morphology: Morphology, materials: Materials) -> tuple[Cable, ...]:
                     nodes=nodes,
                     assembled=float(assembled[k]),
                     contracted=float(contracted[k]),
-                    rest=d.rest,
-                    cut=d.path + 2 * KNOT_ALLOWANCE if materials.cable.form == "cord" else None,
-                    pretension=d.stiffness * stretch,
+                    rest=t.CABLE_REST_LENGTH,
+                    free=d.free,
+                    pretension=d.stiffness * (float(assembled[k]) - t.CABLE_REST_LENGTH),
                     stiffness=d.stiffness,
-                    strain_assembled=stretch / d.working,
-                    strain_contracted=max(0.0, float(contracted[k]) - d.rest) / d.working,
+                    strain_assembled=float(strips[k]) / d.free - 1.0,
+                    strain_contracted=max(0.0, float(short[k]) / d.free - 1.0),
                     area=d.area,
                     square_side=d.square_side,
-                    round_diameter=d.round_diameter,
                     producible=d.producible,
                 )
             )

@@ -7,6 +7,7 @@ from typing import Final
 
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.rubber import pull, shear_modulus
 from engine.fabrication.materials import Materials
 
 GAUGE_LENGTH: Final = 0.060
@@ -17,13 +18,13 @@ _SECTION_FACTOR: Final = 4.0
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class Coupon:
-    """A dog bone to print with the cables' settings and pull; for cord, a piece of that cord.
+    """A dog bone to print with the net's settings, or to cut from its sheet, and to pull.
 
     Attributes:
         gauge_length: free length between the marks, in m.
-        width, thickness: of the free length, in m; a cord has its diameter for both.
+        width, thickness: of the free length, in m.
         area: in m2.
-        grip_length, grip_width: of the plates at its ends, in m; 0 for cord, which is knotted.
+        grip_length, grip_width: of the plates at its ends, in m.
         extension: to pull it to, in m: the strain that the cables have in the assembled module.
         expected_force: at that extension if the modulus of the materials file is right, in N.
         expected_mass: that hangs from it then, in kg: expected_force / 9.81 m/s2.
@@ -48,17 +49,16 @@ def coupon(morphology: Morphology, materials: Materials) -> Coupon:
     """Return the coupon for a robot's cables: as thick as the thinnest module's, several times as wide."""
     design = min(design_cables(morphology, materials), key=lambda d: d.area)
     section = design.section
-    printed = materials.cable.form == "printed"
-    width = section.width * (_SECTION_FACTOR if printed else 1.0)
-    area = section.area * (_SECTION_FACTOR if printed else 1.0)
-    extension = GAUGE_LENGTH * design.strain_assembled
+    width = _SECTION_FACTOR * section.width
+    area = width * section.thickness
+    stress = shear_modulus(materials.cable) / (1.0 - materials.cable.relaxation_after_a_day)
     return Coupon(
         gauge_length=GAUGE_LENGTH,
         width=width,
         thickness=section.thickness,
         area=area,
-        grip_length=0.020 if printed else 0.0,
-        grip_width=0.015 if printed else 0.0,
-        extension=extension,
-        expected_force=materials.cable.modulus * area * design.strain_assembled,
+        grip_length=0.020,
+        grip_width=max(0.015, 1.3 * width),
+        extension=GAUGE_LENGTH * design.strain_assembled,
+        expected_force=area * stress * pull(1.0 + design.strain_assembled),
     )

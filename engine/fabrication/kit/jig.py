@@ -22,10 +22,9 @@ from scipy.spatial.transform import Rotation
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.cables import CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import floating_module
 from engine.fabrication.kit.lone_module import LoneModule
-from engine.fabrication.materials import Materials
+from engine.fabrication.materials import CAP_SLEEVE, Materials
 from engine.fabrication.parts import solids
 from engine.fabrication.parts.assembly import robot_glb
 
@@ -50,15 +49,15 @@ SNAP: Final = 2.6
 """Width of a clip's opening, in mm: a rod of 3 mm snaps in."""
 LEAST_ROOM: Final = 1.0
 """Between a post and whatever is not its rod, in mm."""
-_END: Final = 4.0
-"""Of a rod that a ring or knot needs besides the tail, in mm."""
+_END: Final = 1.0
+"""Of a rod that stays free beside a cap, in mm."""
 _PLAY: Final = 0.5
 """Between a clip and the parts on the servo rod, and four times a rod's play in its bore, in mm."""
 _SAMPLED: Final = 3.0
 """Longest distance of neighbouring points on these parts, in mm."""
 _ROD: Final = re.compile(r"_rod(\d+)$")
 _OTHERS: Final = re.compile(r"_cap_|_cable_|_way_|_servo_\d+$")
-"""Names of parts that are put on later, once the module lies in the jig."""
+"""Names of parts at the rods' ends, or put on once the module lies in the jig."""
 _PLACES: Final = 13
 """Along each rod that are looked at."""
 _BEST: Final = 5
@@ -82,10 +81,9 @@ class Jig:
 
 @functools.lru_cache(maxsize=16)
 def robot_jig(morphology: Morphology, materials: Materials) -> Jig | None:
-    """Return the jig for all modules of a robot, with room for the longest tails, or None as ``jig``."""
-    design = max(design_cables(morphology, materials), key=lambda d: d.tail)
-    module = LoneModule(design.level, (1,))
-    return jig(design_cables(module, materials)[0], robot_glb(module, materials))
+    """Return the jig for all modules of a robot, or None as ``jig``."""
+    level = morphology.stiffness_levels[0]  # servo off, they are all of a shape
+    return jig(level, robot_glb(LoneModule(level, (1,)), materials))
 
 
 def jig_mass(holder: Jig, materials: Materials) -> float:
@@ -93,21 +91,21 @@ def jig_mass(holder: Jig, materials: Materials) -> float:
     return 1e-9 * materials.plastic.density * float(holder.solid.volume())
 
 
-def jig(design: CableDesign, glb: bytes) -> Jig | None:
+def jig(level: int, glb: bytes) -> Jig | None:
     """Return the jig for a module, or None if its servo leaves no room for one.
 
     Args:
-        design: of its cables.
+        level: its stiffness level.
         glb: scene of the module alone, which shows where the parts on its servo rod are.
     """
-    module = 1e3 * floating_module(design.level, None).nodes
+    module = 1e3 * floating_module(level, None).nodes
     unit = _unit(glb, module)
     best: tuple[float, np.ndarray, np.ndarray] | None = None
     for stand in STANDS:
         turn = Rotation.from_quat(stand)
         nodes, parts = turn.apply(module), turn.apply(unit)
         lift = np.array([0.0, 0.0, PLATE + BELOW - nodes[:, 2].min()])
-        found = _places(nodes + lift, 1e3 * design.tail, parts + lift)
+        found = _places(nodes + lift, parts + lift)
         if found is not None and (best is None or found[1] > best[0]):
             best = (found[1], nodes + lift, found[0])
     if best is None:
@@ -137,14 +135,14 @@ def _unit(glb: bytes, nodes: np.ndarray) -> np.ndarray:
     return np.asarray(turn.apply(points - drawn.mean(axis=0)) + held.mean(axis=0))
 
 
-def _places(nodes: np.ndarray, tail: float, unit: np.ndarray) -> tuple[np.ndarray, float] | None:
+def _places(nodes: np.ndarray, unit: np.ndarray) -> tuple[np.ndarray, float] | None:
     """Return (6, 3) where each rod is held, and the room around the posts; None if there is too little."""
     others = np.array([nodes[list(pair)] for pair in (*t.RODS, *t.CABLES)])
     options: list[list[tuple[float, np.ndarray]]] = []
     for r, (a, b) in enumerate(t.RODS):
         middle, half = (nodes[a] + nodes[b]) / 2, (nodes[b] - nodes[a]) / 2
         length = float(np.linalg.norm(half))
-        reach = length - tail - _END - CLIP[1]
+        reach = length - 1e3 * CAP_SLEEVE - _END - CLIP[1]
         rest = np.delete(others, r, axis=0)
         found = []
         for u in np.linspace(-reach, reach, _PLACES):

@@ -16,11 +16,7 @@ from engine.fabrication.materials import Materials
 from engine.files import parse_toml
 
 MEASURES: Final = (
-    (
-        "cable",
-        "stock_diameters_mm",
-        "the cord's diameter: ten turns side by side on a rod, their width by ten",
-    ),
+    ("cable", "stock_thicknesses_mm", "the sheets' thicknesses: ten layers in the calipers, by ten"),
     ("servo", "body_length_mm", "the case, along its ears, with calipers"),
     ("servo", "body_width_mm", "the case, across"),
     ("servo", "body_height_mm", "the case without the tower of the shaft"),
@@ -103,7 +99,7 @@ def _feet_test(friction: tuple[float, float]) -> str:
 def _pull_test(morphology: Morphology, materials: Materials) -> str:
     """Return the table of the pull test, commented out until it is filled in."""
     c = coupon(morphology, materials)
-    where = "parts/coupon" if materials.cable.form == "printed" else "a piece of the cord between two knots"
+    where = "parts/pull_coupon, printed" if materials.cable.form == "printed" else "net/pull_coupon, cut"
     most = f"{100 * materials.cable.max_strain:.0f}"
     return f"""
 # MEASURE 1: {where}. Hang {1000 * c.expected_mass:.0f} g on it, wait a minute, measure how much longer it

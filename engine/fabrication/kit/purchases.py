@@ -16,6 +16,7 @@ from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cut_lists import stock_plan
 from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
+from engine.fabrication.parts.net import sheet_cuts
 from engine.fabrication.parts.printed_parts import PrintedPart, printed_parts
 from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length
 
@@ -27,7 +28,7 @@ PER_PIECE: Final = 90.0
 """Seconds for each printed piece besides: moves, brim, heating; assumed."""
 HOURS: Final = {
     "cutting and marking rods": 0.5,
-    "net or cords": 1.5,
+    "net": 0.75,
     "servo, mount and drum": 0.75,
     "rods into jig and net": 0.75,
     "caps": 1.0,
@@ -108,22 +109,18 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         name = materials.cable.material if form == "printed" else "flexible filament (TPU), for the links"
         grams = f"{math.ceil(1.5 * 1000 * soft)} g, half of it for misprints"
         found.append(Purchase(name, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True))
-    if form == "cord":
-        cords: dict[float, float] = {}
-        for part in parts(morphology, materials):
-            if part.group == "passive cables" and part.diameter is not None and part.length is not None:
-                cords[part.diameter] = cords.get(part.diameter, 0.0) + part.quantity * part.length
-        for diameter, length in sorted(cords.items()):
-            found.append(
-                Purchase(
-                    f"{materials.cable.material}, Ø {1000 * diameter:g} mm",
-                    f"{1.25 * length:.1f} m, a quarter of it for spares",
-                    "solid round cord, not sheathed elastic",
-                    math.ceil(1.25 * length / 5.0),
-                    4.0,
-                    10.0,
-                )
+    for cut in sheet_cuts(morphology, materials):
+        x, y = (1000 * v + 20 for v in cut.size)
+        found.append(
+            Purchase(
+                f"{materials.cable.material}, {1000 * cut.thickness:g} mm",
+                f"{cut.nets + 1} pieces of {x:.0f} × {y:.0f} mm, one of them for spares and the coupon",
+                "by the metre, about 1 m wide",
+                math.ceil((cut.nets + 1) / max(1, int(1000 // x) * int(1000 // y))),
+                12.0,
+                30.0,
             )
+        )
     line = sum(p.quantity * (p.length or 0.0) for p in parts(morphology, materials) if "internal" in p.group)
     found += [
         Purchase(

@@ -16,9 +16,8 @@ from engine.fabrication.materials.materials_file import (
     preset_text,
 )
 from engine.fabrication.materials.properties import (
+    CAP_SLEEVE,
     CAP_TIP,
-    MAX_TAIL,
-    MIN_TAIL,
     CableMaterial,
     Materials,
     Printer,
@@ -27,9 +26,8 @@ from engine.fabrication.materials.properties import (
 from engine.fabrication.materials.sources import Source, least_certain
 
 __all__ = [
+    "CAP_SLEEVE",
     "CAP_TIP",
-    "MAX_TAIL",
-    "MIN_TAIL",
     "PRESETS",
     "CableMaterial",
     "Materials",

@@ -17,8 +17,6 @@ from engine.body import module as t
 from engine.errors import InvalidData
 from engine.fabrication.materials.properties import (
     CAP_TIP,
-    MAX_TAIL,
-    MIN_TAIL,
     BoughtPart,
     CableForm,
     CableMaterial,
@@ -36,7 +34,7 @@ from engine.fabrication.materials.toml_table import read_table, text_value
 from engine.files import parse_toml
 from engine.simulation.physics import MOST_FRICTION
 
-PRESETS: Final = ("latex-cord", "tpu-85a", "silicone-cord")
+PRESETS: Final = ("latex-sheet", "tpu-85a", "silicone-sheet")
 """Names of the materials files that ship with the project; the first is the default."""
 SHAFT: Final = (0.0015, 0.0075)
 """Least and largest height of a servo's shaft over its case in m: drum and screw must hold on it."""
@@ -118,7 +116,10 @@ def parse_materials(text: str, *, file: str) -> Materials:
                 f" less than {1e-6 * MODULI[0]:g} or more than {1e-6 * MODULI[1]:g}: check its figures"
             )
         tables["cable"] = dataclasses.replace(
-            tables["cable"], modulus=pull_test.modulus, max_strain=pull_test.max_strain
+            tables["cable"],
+            modulus=pull_test.modulus,
+            modulus_strain=pull_test.strain,
+            max_strain=pull_test.max_strain,
         )
     feet_test = None
     if "feet_test" in content:
@@ -167,13 +168,8 @@ def _check_feet(test: FeetTest, file: str) -> None:
 
 def _check_cable(cable: CableMaterial, file: str) -> None:
     if cable.form not in get_args(CableForm):
-        raise InvalidData(f"{file}: cable.form must be printed or cord, not {cable.form!r}")
-    if not MIN_TAIL - 1e-9 <= cable.max_tail <= MAX_TAIL + 1e-9:
-        raise InvalidData(
-            f"{file}: cable.max_tail_mm must be from {1e3 * MIN_TAIL:g}, the shortest cap that holds a rod,"
-            f" to {1e3 * MAX_TAIL:g}, which leaves room for the servo; it is {1e3 * cable.max_tail:g}"
-        )
-    if cable.form == "cord" and not cable.stock_diameters:
-        raise InvalidData(f"{file}: cable.stock_diameters_mm must name the diameters that can be bought")
-    if list(cable.stock_diameters) != sorted(set(cable.stock_diameters)):
-        raise InvalidData(f"{file}: cable.stock_diameters_mm must increase")
+        raise InvalidData(f"{file}: cable.form must be sheet or printed, not {cable.form!r}")
+    if cable.form == "sheet" and not cable.stock_thicknesses:
+        raise InvalidData(f"{file}: cable.stock_thicknesses_mm must name the sheets that can be bought")
+    if list(cable.stock_thicknesses) != sorted(set(cable.stock_thicknesses)):
+        raise InvalidData(f"{file}: cable.stock_thicknesses_mm must increase")

@@ -14,18 +14,16 @@ from typing import Final, Literal
 from engine.fabrication.materials.sources import Source
 from engine.fabrication.materials.toml_table import number
 
-MIN_TAIL: Final = 0.006
-"""Length of the shortest cap that holds a rod, in m: the least length of a cable along its rod."""
-MAX_TAIL: Final = 0.026
-"""Length of the longest cap that leaves room for the servo's mount between two caps, in m."""
+CAP_SLEEVE: Final = 0.006
+"""Length of a cap from the node's plane to the end of its sleeve on the rod, in m."""
 CAP_TIP: Final = 0.0015
-"""Solid end of a cap between the end of its rod and the plane in which the cables leave, in m."""
+"""Solid end of a cap between the end of its rod and the node's plane, in m."""
 
-CableForm = Literal["printed", "cord"]
-"""Printed flat as one net, or bought as round cord and cut to length."""
-RELAXATION: Final[dict[CableForm, float]] = {"printed": 0.15, "cord": 0.05}
-"""How much less cables pull after a day: 3 to 4 % a decade of time from a minute on for thermoplastic
-polyurethane, 1 to 2 % for vulcanised rubber; assumed."""
+CableForm = Literal["sheet", "printed"]
+"""One net per module: cut from a sheet of rubber, or printed flat."""
+RELAXATION: Final[dict[CableForm, float]] = {"sheet": 0.05, "printed": 0.15}
+"""How much less cables pull after a day: 1 to 2 % a decade of time from a minute on for vulcanised rubber,
+3 to 4 % for thermoplastic polyurethane; assumed."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,12 +32,12 @@ class CableMaterial:
 
     Attributes:
         material: its name, for people.
-        form: printed net or cord.
-        modulus: secant modulus at the working strain, in Pa.
+        form: net cut from a sheet, or printed.
+        modulus: secant modulus, in Pa: stress on the undeformed section over strain.
+        modulus_strain: the strain that it holds at.
         density: in kg/m3.
         max_strain: the largest strain at which it springs back.
-        max_tail: how much of a cable may lie along a rod at each of its ends, in m.
-        stock_diameters: of the cord that can be bought, in m, increasing; empty if printed.
+        stock_thicknesses: of the sheets that can be bought, in m, increasing; empty if printed.
         k_ref: measured stiffness of the cables of relative stiffness 1.0 in N/m; None: the simulation's.
         relaxation: how much less it pulls after a day at its strain; None: ``RELAXATION`` of its form.
         source: where modulus and strain come from, such as a data sheet's name; None if nobody says.
@@ -48,10 +46,10 @@ class CableMaterial:
     material: str
     form: CableForm
     modulus: float = number("mpa", within=(0.05, 1000))
+    modulus_strain: float = number("percent", within=(1, 1000))
     density: float = number("kg_m3", within=(100, 5000))
     max_strain: float = number("percent", within=(1, 2000))
-    max_tail: float = number("mm", zero=True)
-    stock_diameters: tuple[float, ...] = number("mm", within=(0.1, 10))
+    stock_thicknesses: tuple[float, ...] = number("mm", within=(0.05, 5))
     k_ref: float | None = number("n_per_m", optional=True)
     relaxation: float | None = number("percent", zero=True, optional=True, within=(0, 80))
     source: str | None = None
@@ -211,7 +209,7 @@ class Fastener:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class PullTest:
-    """``[pull_test]``: what was measured on the exported coupon, or on a piece of cord.
+    """``[pull_test]``: what was measured on the exported coupon.
 
     Attributes:
         length: free length before pulling, in m.
@@ -228,9 +226,14 @@ class PullTest:
     max_strain: float = number("percent", within=(1, 2000))
 
     @property
+    def strain(self) -> float:
+        """The strain that it was pulled to."""
+        return self.extension / self.length
+
+    @property
     def modulus(self) -> float:
-        """Secant modulus in Pa: (force / area) / (extension / length)."""
-        return (self.force / self.area) / (self.extension / self.length)
+        """Secant modulus in Pa: (force / area) / strain."""
+        return (self.force / self.area) / self.strain
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,6 +277,7 @@ class Materials:
         cable: as used: with the pull test's modulus and strain if there is one.
         pull_test: None if nothing was measured.
         feet_test: None if no friction of feet was measured.
+        instead: sentences that say why this is taken and not what was asked for; empty if it was asked for.
     """
 
     name: str
@@ -289,6 +293,7 @@ class Materials:
     fasteners: tuple[Fastener, ...]
     pull_test: PullTest | None
     feet_test: FeetTest | None = None
+    instead: str = ""
 
     @property
     def cable_source(self) -> Source:

@@ -86,8 +86,10 @@ def robot_glb(morphology: Morphology, materials: Materials, feet: tuple[Foot, ..
                 scene.add(f"cap_{designs[i].level}", f"{m}_cap_{node}", frame, points[node])
                 if own := worn.get((i, node)):
                     turned = frame @ solids.turn_about_z(-own.clock)
-                    scene.add(f"foot_{own.lean}", f"{m}_foot_{node}", turned, points[node])
-        width = 500 * (designs[i].section.width * designs[i].section.thickness) ** 0.5
+                    # drawn for the lowest cap
+                    place = points[node] + (shapes.post_top(designs[i]) - shapes.POST_TOP) * frame[:, 2]
+                    scene.add(f"foot_{own.lean}", f"{m}_foot_{node}", turned, place)
+        width = 500 * designs[i].section.area ** 0.5
         for a, b in t.CABLES:
             scene.add_bar("cable", f"{m}_cable_{a}_{b}", points[a], points[b], width)
         a, b = t.RODS[t.SERVO_ROD]

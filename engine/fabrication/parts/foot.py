@@ -16,7 +16,7 @@ from manifold3d import CrossSection, Manifold
 
 from engine.fabrication.dimensions.feet import TEST_FEET
 from engine.fabrication.parts import solids
-from engine.fabrication.parts.shapes import CROWN_ABOVE, FOOT_LIP, HEAD, LINK_HOLE, NECK, neck_height
+from engine.fabrication.parts.shapes import FOOT_LIP, HEAD, LINK_HOLE, NECK, POST_TOP, neck_height
 
 RADIUS: Final = 3.4
 """Over the scales' edges, in mm."""
@@ -40,7 +40,7 @@ def foot(lean: float, *, scales: bool = True) -> Manifold:
     """
     angle = np.radians(lean)
     ahead = np.array([np.sin(angle), 0.0, np.cos(angle)])
-    neck = CROWN_ABOVE + neck_height(footed=True)
+    neck = POST_TOP + neck_height(footed=True)
     middle = neck + HEAD[1] / 2
     ball = solids.placed(_ball(scales=scales), solids.frame_along(ahead, np.eye(3)[1]), np.zeros(3))
     body = ball.translate((0.0, 0.0, middle))
@@ -79,7 +79,7 @@ def sled() -> Manifold:
     outline = [(-length / 2, -width / 2), (length / 4, -width / 2), (length / 2, 0.0)]
     outline += [(length / 4, width / 2), (-length / 2, width / 2)]
     body = CrossSection([np.array(outline)]).extrude(thick)
-    top = thick + CROWN_ABOVE + neck_height(footed=True)
+    top = thick + POST_TOP + neck_height(footed=True)
     for x, y in _places():
         knob = solids.cylinder(NECK, 0.0, top) + solids.cylinder(HEAD[0], top, top + HEAD[1])
         body = body + knob.translate((x, y, 0.0))

@@ -4,7 +4,7 @@ Every one of the 24 cables is an edge of exactly one of the eight faces that can
 these eight triangles touch only at nodes, two at each. The other twelve faces of the icosahedron are
 holes. So a net is eight equilateral triangles hung together at corners. At ten nodes of the strip both
 triangles stay together; at the two others the net is cut: the node has two eyelets, ``a`` and ``b``,
-which go on the same rod end.
+which go on the same cap.
 
 Seen from above the net shows the side that is outside on the module.
 """
@@ -19,12 +19,12 @@ from typing import Final
 import numpy as np
 
 from engine.body import module as t
-from engine.fabrication.dimensions.cables import EYELET_WALL, CableDesign
-from engine.fabrication.materials import Printer
+from engine.body.morphology import Morphology
+from engine.fabrication.dimensions.cables import RING_RADIUS, CableDesign, design_cables
+from engine.fabrication.materials import Materials, Printer
 
 EYELET_HOLE: Final = 0.0027
-"""Diameter of an eyelet's hole, in m: it grips the rod of 3 mm."""
-EYELET_RADIUS: Final = EYELET_HOLE / 2 + EYELET_WALL
+"""Diameter of a ring's hole, in m: it grips the cap's post of 3 mm."""
 
 
 STRIP: Final[tuple[tuple[int, int, float], ...]] = (
@@ -61,7 +61,7 @@ class Eyelet:
 
     Attributes:
         label: the node's number, with a letter where the net is cut: ``5`` or ``3a``.
-        node: the rod end that it goes on.
+        node: the rod end whose cap it goes on.
         position: (x, y) of its middle, in m.
     """
 
@@ -89,9 +89,9 @@ class Net:
 
     Attributes:
         layout: its name in ``LAYOUTS``.
-        side: between the middles of two joined eyelets, in m: the cables' unstretched path and the
-            radii of two holes.
-        path: unstretched length of every cable from hole to hole, in m.
+        side: between the middles of two joined eyelets, in m: the cables' unstretched length and the
+            radii of two rings.
+        free: unstretched length of every cable from ring to ring, in m.
         eyelets, cables: in the order of nodes and of ``module.CABLES``.
         faces: for each face of the module its three eyelets, in the order of ``module.FACES``.
         cuts: for each node with two eyelets their labels.
@@ -101,7 +101,7 @@ class Net:
 
     layout: str
     side: float
-    path: float
+    free: float
     eyelets: tuple[Eyelet, ...]
     cables: tuple[NetCable, ...]
     faces: dict[int, tuple[int, int, int]]
@@ -110,15 +110,47 @@ class Net:
     fits: bool
 
 
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class SheetCut:
+    """What is cut from sheets of one thickness.
+
+    Attributes:
+        thickness: in m.
+        nets: how many.
+        size: (x, y) that each of them takes, in m.
+    """
+
+    thickness: float
+    nets: int
+    size: tuple[float, float]
+
+
+def sheet_cuts(morphology: Morphology, materials: Materials) -> tuple[SheetCut, ...]:
+    """Return which nets are cut from which sheet, the thinnest first; none if they are printed."""
+    if materials.cable.form == "printed":
+        return ()
+    found: dict[float, list[Net]] = {}
+    for design in design_cables(morphology, materials):
+        found.setdefault(design.section.thickness, []).append(module_net(design, materials.printer))
+    return tuple(
+        SheetCut(
+            thickness=thickness,
+            nets=len(nets),
+            size=(max(n.size[0] for n in nets), max(n.size[1] for n in nets)),
+        )
+        for thickness, nets in sorted(found.items())
+    )
+
+
 def module_net(design: CableDesign, printer: Printer) -> Net:
     """Return a module's net in the first layout that fits the bed, or else in the smallest."""
-    nets = [lay_out(name, design.path, printer) for name in LAYOUTS]
+    nets = [lay_out(name, design.free, printer) for name in LAYOUTS]
     return next((n for n in nets if n.fits), min(nets, key=lambda n: max(n.size)))
 
 
-def lay_out(layout: str, path: float, printer: Printer) -> Net:
-    """Return the net of a layout for cables of an unstretched path, its lower left corner at (0, 0)."""
-    side = path + EYELET_HOLE
+def lay_out(layout: str, free: float, printer: Printer) -> Net:
+    """Return the net of a layout for cables of an unstretched length, its lower left corner at (0, 0)."""
+    side = free + 2 * RING_RADIUS
     corners = _corners(LAYOUTS[layout])
     # the two triangles of a node share an eyelet if their corners coincide
     spots: list[tuple[int, np.ndarray]] = []
@@ -139,17 +171,17 @@ def lay_out(layout: str, path: float, printer: Printer) -> Net:
     rank = {old: new for new, old in enumerate(order)}
     faces = {f: (rank[a], rank[b], rank[c]) for f, (a, b, c) in faces.items()}
     points = np.array([spots[i][1] for i in order]) * side
-    points += EYELET_RADIUS - points.min(axis=0)
+    points += RING_RADIUS - points.min(axis=0)
     nodes = [spots[i][0] for i in order]
     eyelets = tuple(
         Eyelet(label=_label(nodes, i), node=node, position=(float(points[i, 0]), float(points[i, 1])))
         for i, node in enumerate(nodes)
     )
-    size = points.max(axis=0) + EYELET_RADIUS
+    size = points.max(axis=0) + RING_RADIUS
     return Net(
         layout=layout,
         side=side,
-        path=path,
+        free=free,
         eyelets=eyelets,
         cables=_cables(faces, nodes),
         faces=faces,

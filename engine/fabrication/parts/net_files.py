@@ -1,12 +1,13 @@
-"""The net of a module as a drawing at 1:1: DXF and SVG, in mm, with a scale bar.
+"""What is cut from a sheet, as a drawing at 1:1: nets and the coupon as DXF and SVG, in mm, with a scale bar.
 
 Layer or group ``CUT`` is the net's outline with its holes; ``ENGRAVE`` holds the eyelets' labels, the
-faces' numbers and the scale bar; ``REST`` one line per cable from hole to hole, which is its
-unstretched length. Equal nets give equal bytes.
+faces' numbers and the scale bar; ``REST`` one line per cable from ring to ring, which is its
+unstretched length. Equal drawings give equal bytes.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import math
 from collections.abc import Iterator
@@ -16,11 +17,13 @@ from xml.sax.saxutils import escape
 import ezdxf
 import numpy as np
 from ezdxf import units
-from shapely.geometry import Polygon
+from shapely.affinity import translate
+from shapely.geometry import MultiPolygon, Polygon
 
-from engine.fabrication.dimensions.cables import CableDesign
-from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, Net
-from engine.fabrication.parts.shapes import net_outline
+from engine.fabrication.dimensions.cables import RING_RADIUS, CableDesign
+from engine.fabrication.dimensions.pull_test import Coupon
+from engine.fabrication.parts.net import Net
+from engine.fabrication.parts.shapes import coupon_outline, net_outline
 
 SCALE_BAR: Final = 50.0
 """Length of the scale bar, in mm."""
@@ -35,12 +38,65 @@ _STYLE: Final = {"CUT": ("#d00000", 1), "ENGRAVE": ("#0000c0", 5), "REST": ("#70
 """Colour in SVG and colour index in DXF of each layer."""
 
 
-def rest_lines(net: Net) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """Return a line in mm for each cable, from the edge of one eyelet's hole to the other's."""
+Point2 = tuple[float, float]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Drawing:
+    """What is cut from a sheet, in mm, its lower left corner at (0, 0).
+
+    Attributes:
+        outline: to cut.
+        size: (x, y) that it covers.
+        rests: name and ends of unstretched lengths.
+        labels: text, middle (x, y) and height.
+        foot: a line of text below it.
+    """
+
+    outline: Polygon | MultiPolygon
+    size: Point2
+    rests: tuple[tuple[str, Point2, Point2], ...]
+    labels: tuple[tuple[str, float, float, float], ...]
+    foot: str
+
+
+def net_drawing(net: Net, design: CableDesign) -> Drawing:
+    """Return the drawing of a net."""
+    section = design.section
+    size = f"{1e3 * section.width:.2f} x {1e3 * section.thickness:.2f} mm"
+    lines = zip(net.cables, rest_lines(net), strict=True)
+    return Drawing(
+        outline=net_outline(net, design),
+        size=(1e3 * net.size[0], 1e3 * net.size[1]),
+        rests=tuple((f"cable_{c.nodes[0]}_{c.nodes[1]}", a, b) for c, (a, b) in lines),
+        labels=tuple(_labels(net)),
+        foot=f"net of a module, stiffness {design.level / 10:.1f}; outside up; cables {size}, unstretched"
+        f" {1e3 * net.free:.2f} mm from ring to ring; 1:1, mm; this bar is {SCALE_BAR:g} mm",
+    )
+
+
+def coupon_drawing(c: Coupon) -> Drawing:
+    """Return the drawing of the pull test's coupon, with its two marks."""
+    outline = coupon_outline(c)
+    x, y, x1, y1 = outline.bounds
+    half, width = 500 * c.gauge_length, 500 * c.width
+    marks = [((s * half - x, -width - y), (s * half - x, width - y)) for s in (-1, 1)]
+    return Drawing(
+        outline=translate(outline, -x, -y),
+        size=(x1 - x, y1 - y),
+        rests=tuple((f"mark_{k}", a, b) for k, (a, b) in enumerate(marks, start=1)),
+        labels=(),
+        foot=f"coupon of the pull test, {1e3 * c.width:.2f} x {1e3 * c.thickness:.2f} mm,"
+        f" {1e3 * c.gauge_length:.0f} mm between its marks; 1:1, mm; this bar is {SCALE_BAR:g} mm",
+    )
+
+
+def rest_lines(net: Net) -> list[tuple[Point2, Point2]]:
+    """Return a line in mm for each cable, from the edge of one ring to the other's."""
     lines = []
     for cable in net.cables:
         a, b = (1e3 * np.array(net.eyelets[i].position) for i in cable.eyelets)
-        step = (b - a) / np.linalg.norm(b - a) * 500 * EYELET_HOLE
+        step = (b - a) / np.linalg.norm(b - a) * 1e3 * RING_RADIUS
         lines.append(
             ((float(a[0] + step[0]), float(a[1] + step[1])), (float(b[0] - step[0]), float(b[1] - step[1])))
         )
@@ -49,7 +105,7 @@ def rest_lines(net: Net) -> list[tuple[tuple[float, float], tuple[float, float]]
 
 def _labels(net: Net) -> Iterator[tuple[str, float, float, float]]:
     """Yield text, middle (x, y) and height in mm."""
-    offset = 1e3 * EYELET_RADIUS + 0.8 * _TEXT
+    offset = 1e3 * RING_RADIUS + 0.8 * _TEXT
     directions = [np.array([math.sin(a), math.cos(a)]) for a in np.radians(np.arange(0, 360, 30))]
     for i, e in enumerate(net.eyelets):
         here = np.array(e.position)
@@ -73,50 +129,34 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def _foot(design: CableDesign, net: Net) -> str:
-    section = design.section
-    size = (
-        f"{1e3 * section.width:.2f} mm round"
-        if section.round
-        else f"{1e3 * section.width:.2f} x {1e3 * section.thickness:.2f} mm"
-    )
-    return (
-        f"net of a module, stiffness {design.level / 10:.1f}; outside up; cables {size}, unstretched"
-        f" {1e3 * net.path:.2f} mm from hole to hole; 1:1, mm; this bar is {SCALE_BAR:g} mm"
-    )
-
-
-def _rings(net: Net, design: CableDesign) -> list[list[tuple[float, float]]]:
-    shape = net_outline(net, design)
+def _rings(drawing: Drawing) -> list[list[Point2]]:
+    shape = drawing.outline
     polygons = [shape] if isinstance(shape, Polygon) else list(shape.geoms)
     return [list(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
 
 
-def svg_bytes(net: Net, design: CableDesign) -> bytes:
+def svg_bytes(drawing: Drawing) -> bytes:
     """Return the drawing as SVG; one user unit is 1 mm."""
-    width = 1e3 * net.size[0] + 2 * _MARGIN
-    height = 1e3 * net.size[1] + 2 * _MARGIN + _FOOT
+    width, height = (s + 2 * _MARGIN for s in drawing.size)
+    height += _FOOT
 
     def at(x: float, y: float) -> str:
-        return f"{_MARGIN + x:.4f},{_MARGIN + 1e3 * net.size[1] - y:.4f}"
+        return f"{_MARGIN + x:.4f},{_MARGIN + drawing.size[1] - y:.4f}"
 
-    outline = "".join("M" + "L".join(at(x, y) for x, y in ring) + "Z" for ring in _rings(net, design))
-    rest = "".join(
-        f'<path id="cable_{c.nodes[0]}_{c.nodes[1]}" d="M{at(*a)}L{at(*b)}"/>'
-        for c, (a, b) in zip(net.cables, rest_lines(net), strict=True)
-    )
-    texts = "".join(_svg_text(text, at(x, y), size) for text, x, y, size in _labels(net))
+    outline = "".join("M" + "L".join(at(x, y) for x, y in ring) + "Z" for ring in _rings(drawing))
+    rest = "".join(f'<path id="{name}" d="M{at(*a)}L{at(*b)}"/>' for name, a, b in drawing.rests)
+    texts = "".join(_svg_text(text, at(x, y), size) for text, x, y, size in drawing.labels)
     bar = -_MARGIN - 2
     ticks = "".join(f"M{at(x, bar)}L{at(x, bar + 3)}" for x in (0.0, SCALE_BAR))
     foot = (
         f'<text x="{_MARGIN:.4f}" y="{height - 5:.4f}" font-size="2.5" fill="#0000c0" stroke="none">'
-        f"{escape(_foot(design, net))}</text>"
+        f"{escape(drawing.foot)}</text>"
     )
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.4f}mm" height="{height:.4f}mm"'
         f' viewBox="0 0 {width:.4f} {height:.4f}" font-family="Helvetica,Arial,sans-serif">\n'
-        f"<title>{escape(_foot(design, net))}</title>\n"
+        f"<title>{escape(drawing.foot)}</title>\n"
         f'<g id="CUT" fill="none" stroke="{_STYLE["CUT"][0]}" stroke-width="0.1"><path d="{outline}"/></g>\n'
         f'<g id="REST" fill="none" stroke="{_STYLE["REST"][0]}" stroke-width="0.1">{rest}</g>\n'
         f'<g id="ENGRAVE" fill="none" stroke="{_STYLE["ENGRAVE"][0]}" stroke-width="0.2">{texts}'
@@ -133,7 +173,7 @@ def _svg_text(text: str, point: str, size: float) -> str:
     )
 
 
-def dxf_bytes(net: Net, design: CableDesign) -> bytes:
+def dxf_bytes(drawing: Drawing) -> bytes:
     """Return the drawing as DXF R2010, its unit set to mm."""
     document = ezdxf.new("R2010", setup=False, units=units.MM)
     document.header["$MEASUREMENT"] = 1
@@ -142,17 +182,17 @@ def dxf_bytes(net: Net, design: CableDesign) -> bytes:
     space = document.modelspace()
     # the header's unit is the document's; some programs look at the drawing's own
     space.units = units.InsertUnits.Millimeters
-    for ring in _rings(net, design):
+    for ring in _rings(drawing):
         space.add_lwpolyline(ring, close=True, dxfattribs={"layer": "CUT"})
-    for a, b in rest_lines(net):
+    for _, a, b in drawing.rests:
         space.add_line(a, b, dxfattribs={"layer": "REST"})
-    for text, x, y, size in _labels(net):
+    for text, x, y, size in drawing.labels:
         _dxf_text(space, text, x, y, size)
     bar = -_MARGIN
     space.add_line((0, bar), (SCALE_BAR, bar), dxfattribs={"layer": "ENGRAVE"})
     for x in (0.0, SCALE_BAR):
         space.add_line((x, bar), (x, bar + 3), dxfattribs={"layer": "ENGRAVE"})
-    space.add_text(_foot(design, net), height=_TEXT, dxfattribs={"layer": "ENGRAVE", "insert": (0, bar - 5)})
+    space.add_text(drawing.foot, height=_TEXT, dxfattribs={"layer": "ENGRAVE", "insert": (0, bar - 5)})
     # ezdxf would declare the kinds of objects in the order of a set, which differs from process to process
     document.commit_pending_changes()
     for kind in sorted(document.entitydb.dxf_types_in_use()):

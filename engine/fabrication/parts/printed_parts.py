@@ -23,7 +23,7 @@ from engine.fabrication.parts.servo_parts import ballast_length, laid, mount_bla
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 
 FLEXIBLE_DENSITY: Final = 1190.0
-"""Of a flexible filament (TPU), in kg/m3, for links where the cables are cord; assumed."""
+"""Of a flexible filament (TPU), in kg/m3, for links where the net is cut from a sheet; assumed."""
 CORNER_AREA: Final = 0.1
 """Area of a sharp corner that a disc cannot reach, in mm2: less than this is no thin wall."""
 
@@ -113,8 +113,8 @@ def printed_parts(
                 modules,
                 cap(design, materials.printer, footed=bool(feet)),
                 materials,
-                f"on every rod end; {1e3 * design.tail:.1f} mm from its sleeve's end to the node",
-                "on its sleeve's end, crown up, with a brim, no support",
+                "on every rod end; the rings of the net lie on its post",
+                "on its sleeve's end, knob up, with a brim, no support",
                 # a slanting hole leaves a sharp rim, which is no thin wall
                 walls=cap(design, materials.printer, line=False),
             )
@@ -236,7 +236,7 @@ def _part(
     bed = (printer.bed_x, printer.bed_y, printer.bed_z)
     density = materials.plastic.density
     if flexible:
-        # links are printed even where the cables are cord
+        # links are printed even where the net is cut
         density = materials.cable.density if materials.cable.form == "printed" else FLEXIBLE_DENSITY
     return PrintedPart(
         name=name,

@@ -1,38 +1,41 @@
 """Net, caps, links and coupon as solids, in mm.
 
-A **cap** sits on every rod end. The eyelet of the net (or the knots) lies on the bare rod below the cap; the
-four cables of the node run along the cap's sleeve, turn inwards over the notches of its crown and leave
-there, 1.5 mm from the axis, as in the simulation. Cables pull the sleeve up and the crown down with the same
-force: the cap needs only as much glue as keeps it from turning.
+A **cap** sits on every rod end. On its post, at the node, lies the ring of the net (two where the net is
+cut), on a rim that slopes away as the cables do. Four cables leave the ring, 23 to 55 degrees down and
+outwards, and so they press it on the rim; they pull the cap on its rod. A ring is put on over the cap's knob
+and comes off the same way.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
-from manifold3d import Manifold
+from manifold3d import CrossSection, Manifold
 from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import unary_union
 
-from engine.body import module as t
-from engine.fabrication.dimensions.cables import CableDesign
-from engine.fabrication.dimensions.floating_module import floating_module
+from engine.fabrication.dimensions.cables import RING_RADIUS, CableDesign
 from engine.fabrication.dimensions.limiter import HOLE
 from engine.fabrication.dimensions.pull_test import Coupon
-from engine.fabrication.materials import CAP_TIP, Printer
+from engine.fabrication.materials import CAP_SLEEVE, CAP_TIP, Printer
 from engine.fabrication.parts import solids
-from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, Net
+from engine.fabrication.parts.net import EYELET_HOLE, Net
 from engine.fabrication.parts.servo_parts import ROD_DIAMETER
 
-EYELET_THICKNESS: Final = 1.2
-"""Of the net's rings, in mm; thicker than the cables, so that they grip."""
-CROWN_BELOW: Final = 3.0
-"""How far the crown reaches below the node's plane, in mm."""
-CROWN_ABOVE: Final = 0.6
-"""How far it reaches above that plane, in mm; the simulated rods end there too."""
-CROWN_TEETH: Final = 1.0
-"""Height of the teeth between which the cables lie, over the sleeve, in mm."""
+POST: Final = 1.5
+"""Radius of the post that the net's rings lie on, in mm."""
+POST_TOP: Final = 0.6
+"""How far the post reaches beyond the node's plane, in mm; the simulated rods end there too."""
+SEAT: Final = (0.5, 2.3)
+"""How far the rim lies below the node's plane, at most, and to which radius it is flat, in mm."""
+SLOPE: Final = 39.0
+"""By which the rim slopes from there to its edge, in degrees: the middle of the directions of the cables."""
+RIM: Final = 0.6
+"""Thickness of its edge, in mm."""
+FILLET: Final = 0.6
+"""Radius of the inner corners of a net, in mm."""
 NECK: Final = 1.2
 """Radius and height of the neck that a link's ring snaps onto, in mm."""
 HEAD: Final = (1.6, 0.8)
@@ -56,47 +59,59 @@ def net_outline(net: Net, design: CableDesign) -> Polygon:
     cables = [
         LineString([points[i] for i in c.eyelets]).buffer(width / 2, cap_style="flat") for c in net.cables
     ]
-    return unary_union([*cables, *_discs(net, 1e3 * EYELET_RADIUS)]).difference(_holes(net))
+    rings, holes = (
+        unary_union([Point(p).buffer(radius, quad_segs=solids.SEGMENTS // 4) for p in points])
+        for radius in (1e3 * RING_RADIUS, 500 * EYELET_HOLE)
+    )
+    # where strips meet, a sharp corner would tear
+    whole = unary_union([*cables, rings]).buffer(FILLET, quad_segs=6).buffer(-FILLET, quad_segs=6)
+    return whole.difference(holes)
 
 
 def net_solid(net: Net, design: CableDesign) -> Manifold:
-    """Return the net: cables of their section, and rings that are thicker."""
-    thickness = 1e3 * design.section.thickness
-    flat = solids.extruded(net_outline(net, design), thickness)
-    rings = unary_union(_discs(net, 1e3 * EYELET_RADIUS)).difference(_holes(net))
-    return flat + solids.extruded(rings, max(EYELET_THICKNESS, thickness))
-
-
-def _holes(net: Net) -> Polygon:
-    return unary_union(_discs(net, 500 * EYELET_HOLE))
-
-
-def _discs(net: Net, radius: float) -> list[Polygon]:
-    """Return a disc round the middle of every eyelet, in mm."""
-    return [
-        Point(1e3 * e.position[0], 1e3 * e.position[1]).buffer(radius, quad_segs=solids.SEGMENTS // 4)
-        for e in net.eyelets
-    ]
-
-
-def notch_angles() -> np.ndarray:
-    """Return (4,) directions in degrees in which the cables leave a node, around its rod.
-
-    0 points to the module's centre. They are those of a floating module, the same at every node,
-    counter-clockwise seen from outside along the rod.
-    """
-    nodes = floating_module(t.N_STIFFNESS_LEVELS, None).nodes
-    a, b = nodes[0], nodes[1]
-    axis = (a - b) / np.linalg.norm(a - b)
-    frame = solids.frame_along(axis, -(a + b) / 2)
-    others = [y if x == 0 else x for x, y in t.CABLES if 0 in (x, y)]
-    local = (nodes[others] - a) @ frame
-    return np.sort(np.degrees(np.arctan2(local[:, 1], local[:, 0])) % 360.0)
+    """Return the net, as thick as its cables."""
+    return solids.extruded(net_outline(net, design), 1e3 * design.section.thickness)
 
 
 def neck_height(*, footed: bool) -> float:
     """Return how high the neck of a cap is, in mm: where robots have feet, a foot's rim shares it."""
     return NECK + (FOOT_LIP if footed else 0.0)
+
+
+def post_top(design: CableDesign) -> float:
+    """Return how far a cap's post reaches beyond the node's plane, in mm: two rings lie on it."""
+    return max(POST_TOP, 2e3 * design.section.thickness - _seat(design) + 0.1)
+
+
+def _seat(design: CableDesign) -> float:
+    """Return how far below the node's plane the rings lie, in mm: the middle of two is at the node."""
+    return min(1e3 * design.section.thickness, SEAT[0])
+
+
+def profile(design: CableDesign, printer: Printer, *, footed: bool = False) -> list[tuple[float, float]]:
+    """Return half the outline of a cap cut along its rod, in mm: radius and height, from the sleeve's end."""
+    sleeve = bore(printer) + 1e3 * printer.min_wall
+    rim, low, flat, top = max(1e3 * RING_RADIUS, sleeve), -1e3 * CAP_SLEEVE, -_seat(design), post_top(design)
+    slopes = flat - (rim - SEAT[1]) * math.tan(math.radians(SLOPE))
+    neck = top + neck_height(footed=footed)
+    return [
+        (sleeve, low),
+        (sleeve, slopes - RIM - (rim - sleeve)),  # by 45 degrees: the rim is printed without support
+        (rim, slopes - RIM),
+        (rim, slopes),
+        (SEAT[1], flat),
+        (POST, flat),
+        (POST, top),
+        (NECK, top),
+        (NECK, neck),
+        (HEAD[0], neck),
+        (HEAD[0], neck + HEAD[1]),
+    ]
+
+
+def bore(printer: Printer) -> float:
+    """Return the radius of the bore that a rod goes into, in mm."""
+    return (ROD_DIAMETER + 1e3 * printer.clearance) / 2
 
 
 def cap(design: CableDesign, printer: Printer, *, footed: bool = False, line: bool = True) -> Manifold:
@@ -108,36 +123,16 @@ def cap(design: CableDesign, printer: Printer, *, footed: bool = False, line: bo
         footed: whether the robot has feet, which share the cap's neck with a link.
         line: whether it has the hole by which the line of an internal cable goes on inside the rod.
     """
-    wall, clearance = 1e3 * printer.min_wall, 1e3 * printer.clearance
-    bore = (ROD_DIAMETER + clearance) / 2
-    sleeve = bore + wall
-    crown = sleeve + CROWN_TEETH
-    low = -1e3 * design.tail
-    body = solids.cylinder(sleeve, low, CROWN_ABOVE) + solids.cylinder(
-        crown, max(low, -CROWN_BELOW), CROWN_ABOVE
-    )
-    top = CROWN_ABOVE + neck_height(footed=footed)
-    body = body + solids.cylinder(NECK, 0.0, top) + solids.cylinder(HEAD[0], top, top + HEAD[1])
-    body = body - solids.cylinder(bore, low - 1.0, -1e3 * CAP_TIP)
-    half = notch_width(design) / 2
-    floor = 1e3 * t.ANCHOR_OFFSET
-    for angle in notch_angles():
-        along_sleeve = solids.box((sleeve, -half, low - 1.0), (crown + 1.0, half, CROWN_ABOVE + 0.01))
-        over_the_end = solids.box((floor, -half, -0.7), (crown + 1.0, half, CROWN_ABOVE + 0.01))
-        body = body - (along_sleeve + over_the_end).rotate((0.0, 0.0, float(angle)))
-    if not line:
-        return body
-    hole = solids.bar((0.0, 0.0, -1e3 * CAP_TIP - 0.5), (crown + 1.0, 0.0, 0.0), HOLE / 2)
-    return body - hole
+    half = profile(design, printer, footed=footed)
+    outline = np.array([(0.0, half[0][1]), *half, (0.0, half[-1][1])])
+    body = CrossSection([outline]).revolve(solids.SEGMENTS)
+    body = body - solids.cylinder(bore(printer), half[0][1] - 1.0, -1e3 * CAP_TIP)
+    return body - solids.bar(*line_hole(), HOLE / 2) if line else body
 
 
-def notch_width(design: CableDesign) -> float:
-    """Return the width of a cap's notches in mm: the stretched cable and some air.
-
-    Rubber keeps its volume, so a section shrinks by 1 + strain.
-    """
-    thin = min(design.section.width, design.section.thickness) / (1 + design.strain_assembled) ** 0.5
-    return max(1.0, 1e3 * thin + 0.2)
+def line_hole() -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return the axis of a cap's hole for a line, in mm: from the rod's end out below the ring."""
+    return (0.0, 0.0, -1e3 * CAP_TIP - 0.1), (1e3 * RING_RADIUS + 1.0, 0.0, -0.75)
 
 
 def link() -> Manifold:
@@ -149,8 +144,8 @@ def link() -> Manifold:
     return solids.extruded(shape.difference(holes), LINK_THICKNESS)
 
 
-def coupon_solid(c: Coupon) -> Manifold:
-    """Return the pull test's coupon: a strip between two plates with a hole to hang it by."""
+def coupon_outline(c: Coupon) -> Polygon:
+    """Return the pull test's coupon from above: a strip between two plates with a hole to hang it by."""
     length, width = 1e3 * c.gauge_length, 1e3 * c.width
     grip, plate = 1e3 * c.grip_length, 500 * c.grip_width
     half = length / 2
@@ -164,4 +159,9 @@ def coupon_solid(c: Coupon) -> Manifold:
     ]
     shape = Polygon([*outline, *((x, -y) for x, y in reversed(outline))])
     holes = unary_union([Point(s * (half + grip - 6), 0).buffer(2.0, quad_segs=12) for s in (-1, 1)])
-    return solids.extruded(shape.difference(holes), 1e3 * c.thickness)
+    return shape.difference(holes)
+
+
+def coupon_solid(c: Coupon) -> Manifold:
+    """Return the pull test's coupon."""
+    return solids.extruded(coupon_outline(c), 1e3 * c.thickness)

@@ -138,7 +138,7 @@ def test_evolve_with_processes_says_what_computed(tmp_path, capsys):
 def test_robots_are_evolved_as_they_would_be_built(tensatlas: Command, tmp_path: Path) -> None:
     run = tmp_path / "built.tsmr"
     small = "--preset smoke --evaluations 4 --initial 4 --refit-generations 0".split()
-    code, _, _ = tensatlas("evolve", run, *small, "--as-built", "latex-cord", "--spread")
+    code, _, _ = tensatlas("evolve", run, *small, "--as-built", "latex-sheet", "--spread")
     assert code == 0
     with RunReader(run) as reader:
         physics = reader.config.physics

@@ -51,7 +51,7 @@ def test_an_empty_cell_gets_one_line(tensatlas: Command, small_run: Path, small_
 
 def test_a_cell_is_exported_with_materials_of_ones_own_on_letter(tensatlas, small_run, elite, tmp_path):
     place, number = elite
-    own = preset_text("latex-cord").replace('name = "latex cord"', 'name = "my cord"')
+    own = preset_text("latex-sheet").replace('name = "latex sheet"', 'name = "my sheet"')
     Path("mine.toml").write_text(own)
     cell = ",".join(map(str, place.cell))
     options = ("--cell", cell, "--out", "robot", "--materials", "mine.toml", "--paper", "letter")
@@ -123,9 +123,10 @@ def test_every_elite_is_exported_once_and_one_that_cannot_be_does_not_stop_the_o
     numbers = {n for cells in held.values() for n in cells.values()}
     broken = max(numbers)
     monkeypatch.setattr("app.downloads.robot_folder.robot_folder", quick)
-    status, _, said = tensatlas("export", small_run, "--all-elites", "--out", "all")
+    status, _, said = tensatlas("export", small_run, "--all-elites", "--out", "all", "--materials", "tpu-85a")
     assert status == 2
     assert f"1 of {len(numbers)} robots were not exported; the first: evaluation {broken}" in said
+    assert f"{len(numbers) - 1} robots are of another material than tpu-85a; their sheets say why" in said
     assert sorted(n for _, n in made) == sorted(numbers - {broken})
     rows = list(csv.DictReader(io.StringIO(Path("all/index.csv").read_text())))
     assert len(rows) == sum(map(len, held.values()))
@@ -139,11 +140,14 @@ def test_a_kit_is_for_the_first_module_of_one_robot(
     with RunReader(small_run) as reader:
         cell, number = min(reader.placements("morphology", reader.last_closed().number).items())
     where = ("--cell", "{},{}".format(*cell))
-    status, _, err = tensatlas("export", small_run, *where, "--kit", "--out", "kit")
+    status, _, err = tensatlas("export", small_run, *where, "--kit", "--out", "kit", "--materials", "tpu-85a")
     assert (status, f"a kit for module 1 of robot {number} to kit; start with its kit.pdf" in err) == (
         0,
         True,
     )
+    # no printed net stretches that far
+    assert "Made of latex sheet, not of printed TPU, Shore 85A, which was asked for: At stiffness" in err
+    assert load_materials("kit/measured.toml").cable == load_materials("latex-sheet").cable
     made = {str(p.relative_to("kit")) for p in Path("kit").rglob("*") if p.is_file()}
     assert {"README.md", "kit.pdf", "net_tiles.pdf", "measured.toml", "module.glb", "parts/jig.stl"} <= made
     assert "firmware/tsmr_robot/tsmr_robot.ino" in made

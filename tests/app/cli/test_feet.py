@@ -73,7 +73,7 @@ def test_a_robot_is_verified_with_the_feet_that_were_measured(
     run: Path, tmp_path: Path, capsys: Read
 ) -> None:
     test = "[feet_test]\nforward_degrees = [20, 22]\nbackward_degrees = [35, 40]\n"
-    (tmp_path / "mine.toml").write_text(preset_text("latex-cord") + test, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(preset_text("latex-sheet") + test, encoding="utf-8")
     with RunReader(run) as reader:
         held = reader.contents("morphology", reader.finished_generation().number)
         cell = next(c for c, e in held.items() if e.solution.morphology.feet == "end")

@@ -49,12 +49,12 @@ def test_several_runs_and_folders_one_after_another(
 
 
 def test_elites_as_they_would_be_built(tensatlas: Command, copy: Path, tmp_path: Path) -> None:
-    command = ("reevaluate", copy, "--repeats", 1, "--archive", "morphology", "--as-built", "latex-cord")
+    command = ("reevaluate", copy, "--repeats", 1, "--archive", "morphology", "--as-built", "latex-sheet")
     status, _, err = tensatlas(*command)
     assert (status, "small.as_built.json" in err) == (0, True)
     assert not (tmp_path / "small.robust.json").exists()
     kept = json.loads((tmp_path / "small.as_built.json").read_text())
-    assert kept["versions"]["robots of"].startswith("latex-cord (")
+    assert kept["versions"]["robots of"].startswith("latex-sheet (")
     with RunReader(copy) as reader:
         assert "as-built fitness" in colorings(reader)
         assert "robust fitness" not in colorings(reader)
@@ -63,7 +63,7 @@ def test_elites_as_they_would_be_built(tensatlas: Command, copy: Path, tmp_path:
     # robots of another material are other robots
     status, _, err = tensatlas(*command[:-1], "tpu-85a")
     assert (status, err.count("\n")) == (2, 1)
-    assert "was made with robots of latex-cord" in err
+    assert "was made with robots of latex-sheet" in err
     # nothing new is simulated, and built robots do differ from evolved ones
     (built,) = json.loads(tensatlas(*command, "--json")[1])
     (evolved,) = json.loads(tensatlas(*command[:-2], "--json")[1])

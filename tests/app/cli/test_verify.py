@@ -87,7 +87,7 @@ def test_mistakes_get_one_line(
 
 
 def test_as_built_for_people(small_run: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
-    extra = "--as-built --materials latex-cord --samples 3 --seeds 1".split()
+    extra = "--as-built --materials latex-sheet --samples 3 --seeds 1".split()
     main(["verify", str(small_run), "--archive", "controller", "--cell", cell, *extra])
     out = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "3 robots of that design" in out
@@ -119,4 +119,4 @@ def test_as_built_as_json(small_run: Path, cell: str, capsys: pytest.CaptureFixt
     facts = json.loads(capsys.readouterr().out)
     assert len(facts["robots"]["f_s_cm"]) == 2
     assert {d["key"] for d in facts["deviations"]} > set(facts["costs_cm"])
-    assert facts["materials"] == "latex-cord"
+    assert facts["materials"] == "latex-sheet"

@@ -50,7 +50,7 @@ def test_the_basket_exports_every_robot_in_a_folder_of_its_own(small_run):
         # small ones: every robot is simulated, drawn and shaped
         numbers = [e.number for e in sorted(done, key=lambda e: e.morphology.n_modules)[:2]]
         basket = [item(n, str(small_run)) for n in numbers]
-        choice = ExportChoice.of("Letter", "latex-cord")
+        choice = ExportChoice.of("Letter", "latex-sheet")
         files = export_basket(basket, lambda _: reader, lambda *a: told.append(a), choice)
     assert {name.split("/")[0] for name in files} == {f"small_robot_{n}" for n in numbers}
     assert all(f"small_robot_{n}/genotype.json" in files for n in numbers)

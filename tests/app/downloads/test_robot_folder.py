@@ -72,7 +72,7 @@ def test_the_folder_holds_all_that_a_workshop_needs(elite, files):
     } <= set(files)
     kinds = {name.rsplit(".", 1)[1] for name in files}
     assert {"stl", "3mf", "dxf", "svg", "glb"} <= kinds
-    assert files["materials.toml"].decode() == preset_text("latex-cord")
+    assert files["materials.toml"].decode() == preset_text("latex-sheet")
     rows = list(csv.DictReader(io.StringIO(files["tables/targets.csv"].decode())))
     assert len(rows) == 4
     assert all(float(r["score_cm"]) + float(r["closer_by_cm"]) == pytest.approx(45.0, abs=1e-3) for r in rows)

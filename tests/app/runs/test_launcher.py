@@ -129,7 +129,7 @@ def test_the_command_line_is_read_as_the_configuration_that_it_was_made_of(
 def test_a_run_from_given_robots_names_them_on_the_command_line(described: Path) -> None:
     given = ("/a b/mine.tsmr#63,7", "/a b/other.tsmr#1")
     config = breeding_config(Breeding(strength=0.3, hold="bodies", seed=4), [PRESETS["paper"]] * 2)
-    physics = search_physics(config.physics, load_materials("latex-cord"), spread=True)
+    physics = search_physics(config.physics, load_materials("latex-sheet"), spread=True)
     config = dataclasses.replace(config, physics=physics)
     described.write_text(describe(config), encoding="utf-8")
     new = dataclasses.replace(NEW, config=config, given=given, in_one_process=True)

@@ -125,7 +125,7 @@ def test_another_run_like_one_has_its_configuration_and_the_next_seed(form: RunF
 
 
 def test_another_run_of_robots_as_built_is_one_of_robots_as_built(form: RunForm) -> None:
-    materials = load_materials("latex-cord")
+    materials = load_materials("latex-sheet")
     physics = search_physics(PRESETS["smoke"].physics, materials, spread=True)
     form.fill(dataclasses.replace(PRESETS["smoke"], physics=physics), "mine")
     assert form.value().config.physics == physics

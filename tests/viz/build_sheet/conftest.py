@@ -24,7 +24,7 @@ def materials():
     # a filament and a printer with which only the softest modules are a problem
     return dataclasses.replace(
         printed,
-        cable=dataclasses.replace(printed.cable, max_strain=1.4, max_tail=0.012),
+        cable=dataclasses.replace(printed.cable, max_strain=1.4),
         printer=dataclasses.replace(printed.printer, nozzle=0.00045, bed_x=0.25, bed_y=0.25),
     )
 

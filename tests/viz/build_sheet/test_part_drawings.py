@@ -7,7 +7,7 @@ from reportlab.pdfgen.canvas import Canvas
 
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import design_cables
-from engine.fabrication.materials import load_materials
+from engine.fabrication.materials import CAP_SLEEVE, load_materials
 from engine.fabrication.parts import shapes
 from engine.fabrication.parts.drum import drum_discs, servo_drum
 from engine.fabrication.parts.foot import foot
@@ -20,7 +20,7 @@ from viz.build_sheet.document import typeset
 from viz.build_sheet.pen import Pen
 
 
-@pytest.mark.parametrize(("n", "preset"), [(2, ""), (10, ""), (2, "silicone-cord")])
+@pytest.mark.parametrize(("n", "preset"), [(2, ""), (10, ""), (2, "silicone-sheet")])
 def test_the_measures_are_those_of_the_solids(robots, materials, n, preset):
     facts, paper = robots[n], style.PAPERS["a4"]
     materials = load_materials(preset) if preset else materials
@@ -42,7 +42,7 @@ def test_the_measures_are_those_of_the_solids(robots, materials, n, preset):
     wanted["Drum of the servo"].append(extent(servo_drum(materials.servo))[2])
     for design in design_cables(facts.morphology, materials):
         solid = shapes.cap(design, materials.printer, footed=footed)
-        wanted[f"Cap, stiffness {design.level / 10:.1f}"] = [extent(solid)[2], 1e3 * design.tail]
+        wanted[f"Cap, stiffness {design.level / 10:.1f}"] = [extent(solid)[2], 1e3 * CAP_SLEEVE]
     if footed:
         lean = facts.feet.feet[0].lean
         wanted[f"Foot of {lean}°"] = [extent(foot(lean))[k] for k in (0, 2)]

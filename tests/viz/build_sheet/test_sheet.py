@@ -235,11 +235,11 @@ def test_walls_to_set_up_are_listed_for_each_target():
                 assert f"{x - half:.1f} to {x + half:.1f}".replace("-", "−") in text
 
 
-def test_cords_fit_their_columns_and_a_module_weighs_what_is_built(robots):
-    cord = load_materials("silicone-cord")
-    pdf, layout = build_sheet(robots[2], cord, "letter")
+def test_sheets_fit_their_columns_and_a_module_weighs_what_is_built(robots):
+    rubber = load_materials("silicone-sheet")
+    pdf, layout = build_sheet(robots[2], rubber, "letter")
     assert layout.too_narrow == []
-    weight = mass_balance(robots[2].morphology, cord).built / 2
+    weight = mass_balance(robots[2].morphology, rubber).built / 2
     assert f"Weigh it ({1000 * weight:.1f} g" in read(pdf)
 
 
@@ -268,10 +268,10 @@ def test_the_first_page_says_whether_it_is_worth_building(robots, robots_cm, pri
 
     found = AsBuilt(scores(10.0), scores(9.5), scores(robots_cm), {"winding": scores(3.0)})
     facts = dataclasses.replace(robots[2], as_built=found)
-    cord = load_materials()
+    rubber = load_materials()
     if not printable:
-        cord = dataclasses.replace(cord, cable=dataclasses.replace(cord.cable, max_strain=0.2))
-    text = said_by(title.verdict(facts, cord))
+        rubber = dataclasses.replace(rubber, cable=dataclasses.replace(rubber.cable, max_strain=0.2))
+    text = said_by(title.verdict(facts, rubber))
     assert all(words in text for words in said), text
     assert not any(words in text for words in unsaid), text
 

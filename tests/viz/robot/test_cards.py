@@ -66,6 +66,8 @@ def test_what_to_expect_comes_before_what_was_recorded(small_reader: RunReader) 
 
 def test_the_verdict_names_the_material_and_what_is_wrong() -> None:
     assert "can be built from &lt;x&gt;" in robot_card.render_verdict("<x>", ())
+    assert ", <latex> is taken" not in robot_card.render_verdict("tpu", ("It breaks.",), "<latex>")
+    assert "not from tpu, latex is taken instead: It" in robot_card.render_verdict("tpu", ("It.",), "latex")
     said = robot_card.render_verdict("tpu", ("It is <thin>.", "It breaks.", "It melts."))
     assert "not from tpu: It is &lt;thin&gt;. And 2 more." in said
     assert "It melts." in said

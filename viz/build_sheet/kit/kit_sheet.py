@@ -82,9 +82,9 @@ def _title(facts: Facts, jig: bool) -> list[Flowable]:
             [
                 "Order what “What it costs” lists. Measure what has come, in the order of the form"
                 " measured.toml, the pull test first.",
-                "Export again with --materials measured.toml, and print the parts.",
+                "Export again with --materials measured.toml, print the parts, and cut the net.",
                 "Print net_tiles.pdf at 100 %, lay its crosses over each other, glue the sheets to a board:"
-                " the net is made on it, or laid on it to be numbered.",
+                " the net is laid on it to be numbered, and cut along it where there is no cutting plotter.",
                 "Read “Safety”. Wire the servo and load the sketch of the folder firmware (“Wiring”,"
                 " “Program”):"
                 " it has the whole robot's pins, and this module is the one at the first of them. Calibrate"

@@ -7,11 +7,12 @@ import math
 from typing import Final
 
 import numpy as np
-from reportlab.lib.colors import white
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 
+from engine.fabrication.dimensions.cables import CableDesign
 from engine.fabrication.parts.net import Net
+from engine.fabrication.parts.shapes import net_outline
 from viz.build_sheet import style
 from viz.build_sheet.style import Paper
 
@@ -21,17 +22,20 @@ OVERLAP: Final = 10 * mm
 """By which neighbouring sheets show the same."""
 BORDER: Final = 8 * mm
 """Around the net."""
+BESIDE: Final = (3.6 * mm, 1.8 * mm)
+"""From the middle of a ring to its number."""
 BAR: Final = 50 * mm
 """Length of the bar that tells whether the sheet was printed at 100 %."""
 
 
-def net_tiles(net: Net, paper: Paper, title: str) -> tuple[bytes, tuple[int, int]]:
-    """Return a PDF with a net at 1:1, and how many rows and columns of sheets it has.
+def net_tiles(net: Net, design: CableDesign, paper: Paper, title: str) -> tuple[bytes, tuple[int, int]]:
+    """Return a PDF with a net's outline at 1:1, and how many rows and columns of sheets it has.
 
     The paper is turned as needs fewer sheets. Equal arguments give equal bytes.
 
     Args:
         net: to draw.
+        design: of its cables.
         paper: to print on.
         title: of every sheet.
     """
@@ -46,9 +50,11 @@ def net_tiles(net: Net, paper: Paper, title: str) -> tuple[bytes, tuple[int, int
     # the same bytes every time: no date, no random name
     canvas = Canvas(file, pagesize=(width, height), invariant=1)
     canvas.setTitle(title)
+    shape = net_outline(net, design)
+    outline = [np.array(ring.coords) * mm for ring in (shape.exterior, *shape.interiors)]
     for row in range(rows):
         for column in range(columns):
-            _sheet(canvas, net, title, inner, (row, column), (rows, columns))
+            _sheet(canvas, net, outline, title, inner, (row, column), (rows, columns))
             canvas.showPage()
     canvas.save()
     return file.getvalue(), (rows, columns)
@@ -66,6 +72,7 @@ def _sheets(size: np.ndarray, page: tuple[float, float]) -> tuple[int, int]:
 def _sheet(
     canvas: Canvas,
     net: Net,
+    outline: list[np.ndarray],
     title: str,
     inner: np.ndarray,
     where: tuple[int, int],
@@ -83,22 +90,20 @@ def _sheet(
     canvas.clipPath(frame, stroke=0)
     places = [shift + BORDER + 1000 * mm * np.array(e.position) for e in net.eyelets]
     canvas.setStrokeColor(style.CABLE)
-    canvas.setLineWidth(1.2)
-    for cable in net.cables:
-        a, b = (places[k] for k in cable.eyelets)
-        canvas.line(*map(float, (*a, *b)))
-    canvas.setStrokeColor(style.INK)
+    canvas.setLineWidth(0.5)
+    path = canvas.beginPath()
+    for ring in outline:
+        points = shift + BORDER + ring
+        path.moveTo(*map(float, points[0]))
+        for point in points[1:]:
+            path.lineTo(*map(float, point))
+        path.close()
+    canvas.drawPath(path)
+    canvas.setFillColor(style.INK)
+    canvas.setFont(style.BOLD, 9)
     for eyelet, place in zip(net.eyelets, places, strict=True):
         x, y = map(float, place)
-        canvas.setFillColor(white)
-        canvas.setLineWidth(0.8)
-        canvas.circle(x, y, 1.6 * mm, stroke=1, fill=1)
-        canvas.setLineWidth(0.3)
-        canvas.line(x - 1 * mm, y, x + 1 * mm, y)
-        canvas.line(x, y - 1 * mm, x, y + 1 * mm)
-        canvas.setFillColor(style.INK)
-        canvas.setFont(style.BOLD, 9)
-        canvas.drawString(x + 2 * mm, y + 1.4 * mm, eyelet.label)
+        canvas.drawString(x + BESIDE[0], y + BESIDE[1], eyelet.label)
     _marks(canvas, inner, shift, step, of)
     canvas.restoreState()
     canvas.setStrokeColor(style.RULE)

@@ -14,15 +14,15 @@ from scipy.spatial.transform import Rotation
 from engine.body import module as t
 from engine.fabrication.dimensions import tolerances
 from engine.fabrication.dimensions.acceptance import RODS, SPAN, expected, pull
-from engine.fabrication.dimensions.cables import KNOT_LEFT, CableDesign, design_cables
+from engine.fabrication.dimensions.cables import CableDesign, design_cables
 from engine.fabrication.dimensions.floating_module import contraction, floating_module
 from engine.fabrication.dimensions.limiter import has_limiter
 from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.net import EYELET_HOLE
-from engine.fabrication.parts.servo_parts import ROD_DIAMETER, elastic_length
-from engine.fabrication.parts.shapes import notch_angles
+from engine.fabrication.parts.servo_parts import elastic_length
+from engine.fabrication.parts.shapes import POST
 from engine.simulation.model import GRAVITY
 from viz.build_sheet import blocks, bodies, style
 from viz.build_sheet.bodies import CABLE_RADIUS, NODE_RADIUS
@@ -73,16 +73,16 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.body(
             (
                 "All modules are built in the same way"
-                + ("; the cut list says which net, caps or cords go into which" if unlike else "")
+                + ("; the cut list says which net and which caps go into which" if unlike else "")
                 + ". "
                 if n > 1
                 else ""
             )
             + "In the pictures, what a step adds is in colour, what is there already is grey; numbers"
-            " are nodes (rod ends). Wear eye protection from step 6 on."
+            " are nodes (rod ends). Wear eye protection from step 4 on."
         ),
         *steps,
-        blocks.together([blocks.subheading("Knots"), *blocks.bullets(_knots(materials))]),
+        blocks.together([blocks.subheading("Knots"), *blocks.bullets(_knots())]),
         blocks.together(
             [
                 blocks.subheading("What a finished module measures"),
@@ -104,14 +104,9 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     ]
 
 
-def _knots(materials: Materials) -> list[str]:
+def _knots() -> list[str]:
     """Return which knot goes where."""
-    cord = (
-        "<b>Passive cable:</b> double the cord's end back and tie an overhand knot, so that a loop is left."
-        f" The knot's place counts. Wet it, pull it tight, trim the end to {1000 * KNOT_LEFT:.0f} mm."
-    )
     return [
-        *([cord] if materials.cable.form == "cord" else []),
         "<b>Line:</b> braided polyethylene slips. Stop an end with a figure-eight knot; make a loop with a"
         " double overhand knot; put a drop of cyanoacrylate on both.",
         "<b>Latex thread to line:</b> an overhand knot in the thread's end, and behind it the line, two turns"
@@ -120,44 +115,35 @@ def _knots(materials: Materials) -> list[str]:
 
 
 def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[Step]:
-    """Return the steps for a printed net or for cords."""
-    printed = materials.cable.form == "printed"
-    ring, rings = ("ring", "the net's rings") if printed else ("knot", "the loops")
-    if printed:
+    """Return the steps for a printed net or for one that is cut from a sheet."""
+    if materials.cable.form == "printed":
         ready = (
             "Lay the net down as on its drawing, the side up that was up in the printer (it becomes the"
             " outside), and write the node numbers beside its rings."
         )
-        how = (
-            f"A ring's hole of {1000 * EYELET_HOLE:.1f} mm grips the rod of {ROD_DIAMETER:.1f} mm: pull it"
-            " over with a crochet hook, with a little soapy water if it sticks."
-        )
     else:
         ready = (
-            "Tie 24 cords to a net: print net_tiles…pdf at 100 %, lay the crosses of its sheets over each"
-            " other, glue them on a board, drive a nail into every ring, lay a cord along every line and"
-            " knot it to a loop round the nails,"
-            f" {1000 * design.path:.1f} mm from knot to knot, not stretched. Write the node numbers beside"
-            " the loops; the upper side becomes the outside."
+            f"Cut the net from its sheet ({1000 * design.section.thickness:g} mm"
+            + ("; the cut list says which" if len(set(facts.morphology.stiffness_levels)) > 1 else "")
+            + ") along the layer CUT of net/net_stiffness…dxf, or by hand along net_tiles…pdf, printed at"
+            f" 100 %: strips {1000 * design.section.width:.2f} mm wide, and no notch in their edges, where"
+            " they would tear. It lies as on its drawing, the outside up: write the node numbers beside its"
+            " rings."
         )
-        how = "A loop grips the rod: close it with a second knot."
-    unlike = len({d.tail for d in design_cables(facts.morphology, materials)}) > 1
-    tail = "the tail of the cut list" if unlike else f"{1000 * design.tail:.1f} mm"
     balance, n = mass_balance(facts.morphology, materials, facts.feet.feet), facts.morphology.n_modules
-    inner, outer = notch_gaps()
     opposite = t.RODS[next(b for a, b in PAIRS if a == t.SERVO_ROD)]
     every = (0, 1, 2, 3, 4, 5)
     limited = has_limiter(materials)
     lines = ", ".join(map(str, sorted(t.SERVO_NODES)[:-1])) + f" and {max(t.SERVO_NODES)}"
     holder = robot_jig(facts.morphology, materials)
     held = (
-        "Snap the rods into the jig (parts/jig.stl), which holds all six until the caps are on."
+        "Snap all six rods, capped, into the jig (parts/jig.stl): it holds them until the net is on."
         if holder is not None
-        else "A second person holds the rods until the caps are on: no jig fits beside this servo."
+        else "A second person holds the rods until the net is on: no jig fits beside this servo."
     )
     return [
         Step(
-            "Prepare the rods",
+            "Prepare rods and net",
             "Cut six rods (cut list), sand the ends, write the node numbers on both ends: rod 0 has nodes 0"
             f" and 1, rod 1 nodes 2 and 3, and so on up to rod 5 with 10 and 11. {ready}"
             + (
@@ -180,45 +166,44 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             detail=lambda pen: draw_drum(pen, materials.servo),
         ),
         Step(
-            "First pair: rods 0 and 1",
-            f"{held} Pull {rings} of nodes 0 to 3 over the rod ends of these numbers, about 5 mm far: the net"
-            f" stays slack until step 6. {how} A node drawn twice (a and b) gets both. In the finished"
+            "Caps",
+            "Push a cap on every rod end until the rod meets its bottom. No glue: the cables will hold it."
+            + (
+                f" At nodes {lines} the limiter's line comes out of the cap's slanting hole and gets its"
+                " bead; then adjust these limiters (“Wiring”)."
+                if limited
+                else ""
+            )
+            + " A ring of the net will lie on the post, pressed on the rim by its cables, which begin to"
+            " stretch at the rim's edge.",
+            (),
+            detail=lambda pen: draw_rod_end(pen, design, materials),
+        ),
+        Step(
+            "Net on rods 0 and 1",
+            f"{held} Pull the net's rings over the knobs of nodes 0 to 3, down to the rim; a crochet hook"
+            f" helps. The hole of {1000 * EYELET_HOLE:.1f} mm grips the post of {2 * POST:.1f} mm. A node"
+            " drawn twice (a and b) gets both rings. In the finished"
             " module these"
             f" two rods are parallel, {_centi(_distance(0, 1))} cm apart.",
             PAIRS[0],
         ),
         Step(
-            "Second pair: rods 2 and 3",
-            f"{rings[0].upper()}{rings[1:]} of nodes 4 to 7: 4 and 5 on rod 2, 6 and 7 on rod 3. They stand"
+            "Net on rods 2 and 3",
+            "Rings of nodes 4 to 7: 4 and 5 on rod 2, 6 and 7 on rod 3, which stand"
             " across the first pair, inside the net. Every cable runs straight from rod to rod, none is"
             " twisted round another.",
             PAIRS[1],
             PAIRS[0],
         ),
         Step(
-            "Third pair: rods 4 and 5",
-            f"{rings[0].upper()}{rings[1:]} of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on rod 5, across"
-            " both other pairs. Compare every node with the table of neighbours now: later it cannot be"
-            " changed.",
+            "Net on rods 4 and 5",
+            "Rings of nodes 8 to 11: 8 and 9 on rod 4, 10 and 11 on rod 5, across"
+            " both other pairs. The last ones need most force; nothing is to be tightened, the lengths make"
+            " the tension. Compare every node with the table of neighbours: a ring comes off as it went"
+            " on. Then pull the module out of the jig.",
             PAIRS[2],
             (*PAIRS[0], *PAIRS[1]),
-        ),
-        Step(
-            "Caps: they stretch the net",
-            "No glue yet: the cables hold the caps. Push each over its rod until the rod meets its"
-            f" bottom, one after the other. Its sleeve drives the {ring} to {tail} (±"
-            f" {1000 * tolerances.REST:.1f} mm) from the node. Lay the four cables into the four notches of"
-            f" the crown; the two notches {inner:.0f}° apart look to the module's middle, the two"
-            f" {outer:.0f}° apart away from it."
-            + (
-                f" Begin with nodes {lines}: their limiter's line comes out of the cap's slanting hole, and"
-                " gets its bead; then adjust these limiters (“Wiring”), before the other seven caps."
-                if limited
-                else ""
-            )
-            + " Nothing is to be tightened: the lengths make the tension. The last ends need most force.",
-            (),
-            detail=lambda pen: draw_rod_end(pen, design, materials),
         ),
         Step(
             "Internal cables",
@@ -243,23 +228,17 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             CHECK,
             "Every node has <b>four</b> cables; no two rods touch; the rods of a pair are parallel, the pairs"
             f" at right angles. Node to node along a cable it measures {_centi(_span(design))} cm. If two"
-            " cables cross, pull the last caps off and put the rod in again. Weigh it"
+            " cables cross, take their rings off and put them on again. Weigh it"
             f" ({1000 * balance.built / n:.1f} g ± {100 * tolerances.MASS:.0f} %). Type a0 and a180 and"
             " compare with the table below, and again a day later: the material gives way by"
             f" {100 * materials.cable.relaxation_after_a_day:.0f} %, which the design allows for. If all is"
             " right then, a"
-            " drop of cyanoacrylate at the lower edge of every cap keeps it from turning. Write its number on"
+            " drop of cyanoacrylate at the lower edge of every cap keeps it on its rod. Write its number on"
             " the servo mount.",
             (),
             every,
         ),
     ]
-
-
-def notch_gaps() -> tuple[float, float]:
-    """Return the angles in degrees between a cap's notches that look inwards, and that look outwards."""
-    angles = notch_angles()
-    return float(angles[0] - angles[-1] + 360.0), float(angles[2] - angles[1])
 
 
 def _spans(facts: Facts) -> str:

@@ -13,11 +13,12 @@ from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
 _TOOLS = (
-    "3D printer for rigid and for flexible filament; for cords a board and 15 nails; scissors; drills of 1 mm"
+    "3D printer for rigid and for flexible filament; for nets of sheet a cutting plotter or laser, or a sharp"
+    " knife, a steel ruler and a punch of 2.5 mm; scissors; drills of 1 mm"
     f" and {LINE_HOLE:g} mm, turned by hand; hot glue gun",
     "fine saw for the rods, metal saw and file for the counterweights, sandpaper, calipers, a ruler of 30"
     " cm, a scale that reads 0.1 g",
-    "crochet hook or blunt tweezers to pull rings over rod ends, needle, water-proof pen, numbered stickers,"
+    "crochet hook or blunt tweezers to pull rings over the caps, needle, water-proof pen, numbered stickers,"
     " tape, toothpicks; a paper cup on a thread, filled with water or coins on the scale, for every weight"
     " that this sheet names",
     "soldering iron or crimp connectors, small screwdriver, a computer with the Arduino IDE and a USB cable",

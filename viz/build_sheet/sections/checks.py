@@ -50,7 +50,7 @@ def _safety(facts: Facts, materials: Materials) -> list[str]:
         " fingers out of the module while power is on, and have a switch in the supply that you can reach.",
         "If you use a battery instead of a supply: only one with protection against short circuit, never left"
         " alone while it charges, and disconnected during assembly.",
-        "Small parts and thin cords: not for children under 3. Check caps and cables before every use;"
+        "Small parts and thin strips: not for children under 3. Check caps and cables before every use;"
         " replace a cable that shows cracks.",
         "Glue (cyanoacrylate) in a ventilated room, with gloves. Sawing or sanding carbon rods needs a mask"
         " and water.",
@@ -133,7 +133,7 @@ def _checks(facts: Facts, width: float) -> Flowable:
     checks = [
         (
             "Pull test",
-            "The coupon or cord, pulled as “Pull test of the cable material” says, has the stated force"
+            "The coupon, pulled as “Pull test of the cable material” says, has the stated force"
             f" within {100 * tol.STIFFNESS:.0f} %. If not: enter the measurement into the materials file and"
             " export again, before anything else is made.",
         ),

@@ -6,7 +6,7 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.fabrication.dimensions.cables import CableDesign, design_cables, section_source
-from engine.fabrication.dimensions.cut_lists import Cable, cables, rods, stock_plan
+from engine.fabrication.dimensions.cut_lists import rods, stock_plan
 from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.servo_parts import half_rods
@@ -78,25 +78,19 @@ def _rods(facts: Facts, materials: Materials, width: float) -> Flowable:
 
 def _cables(facts: Facts, materials: Materials, width: float) -> list[Flowable]:
     designs = design_cables(facts.morphology, materials)
-    every = cables(facts.morphology, materials)
     parts: list[Flowable] = [
         blocks.subheading("Passive cables: how they are made"),
         _designs(designs, materials, width),
         blocks.note(
             f"Material: {style.escaped(materials.cable.material)}, secant modulus"
-            f" {materials.cable.modulus / 1e6:g} MPa, springs back up to"
-            f" {100 * materials.cable.max_strain:.0f} % ({materials.cable_source}). The section follows from"
-            " stiffness k, free length L and modulus E: A = k L / E, E less"
-            f" {100 * materials.cable.relaxation_after_a_day:.0f} %, by which the material gives way in a"
-            " day. At both ends a cable goes on along its"
-            " rod by the stated tail, which is part of the spring; the rest length is that between the rods'"
-            " ends."
+            f" {materials.cable.modulus / 1e6:g} MPa at {100 * materials.cable.modulus_strain:.0f} %, springs"
+            f" back up to {100 * materials.cable.max_strain:.0f} % ({materials.cable_source}). Rubber pulls"
+            " less and less the further it is stretched, unlike the simulated spring: unstretched length and"
+            " section are those with which it has the simulated tension and stiffness in the finished module,"
+            f" a day later, when the material has given way by"
+            f" {100 * materials.cable.relaxation_after_a_day:.0f} %. The file tables/cables.csv lists all."
         ),
     ]
-    for level in dict.fromkeys(facts.morphology.stiffness_levels):
-        modules = [d.module for d in designs if d.level == level]
-        chosen = [c for c in every if c.module == modules[0]]
-        parts += _cable_table(chosen, modules, materials, width)
     return [*parts, blocks.together(_pull_test(facts, materials))]
 
 
@@ -106,22 +100,16 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
     for level in dict.fromkeys(d.level for d in designs):
         alike = [d for d in designs if d.level == level]
         d = alike[0]
-        section = (
-            f"cord Ø {1000 * d.section.width:.2f}"
-            if d.section.round
-            else f"{1000 * d.section.width:.2f} wide × {1000 * d.section.thickness:.2f} high"
-        )
         if not d.works:
             marked.append(len(rows))
         rows.append(
             [
                 style.module_names([a.module for a in alike]),
                 f"{d.stiffness:.2f}",
-                f"{1000 * d.rest:.2f}",
-                f"{1000 * d.tail:.1f}",
+                f"{d.tension:.3f}",
+                f"{1000 * d.free:.2f}",
                 f"{1e6 * d.area:.3f}",
-                f"{1000 * d.square_side:.2f} / Ø {1000 * d.round_diameter:.2f}",
-                section,
+                f"{1000 * d.section.width:.2f} × {1000 * d.section.thickness:.2f}",
                 f"{100 * d.strain_assembled:.0f} / {100 * d.strain_contracted:.0f}",
                 "yes" if d.producible else "<b>no</b>",
             ]
@@ -129,75 +117,29 @@ def _designs(designs: tuple[CableDesign, ...], materials: Materials, width: floa
     header = (
         "modules",
         "k (N/m)",
-        "rest length (mm)",
-        "tail (mm)",
+        "tension (N)",
+        "loose (mm)",
         "area (mm²)",
-        "square / round (mm)",
-        "make it (mm)",
+        "width × thickness (mm)",
         "strain, built / contracted (%)",
         "can be made",
     )
-    shares = (11, 9, 9, 8, 9, 15, 16, 14, 9)
+    shares = (12, 10, 10, 12, 10, 18, 18, 10)
     table = blocks.grid(header, rows, blocks.columns(width, *shares), right=(1, 2, 3, 4), marked=marked)
     source = f"Stiffness {designs[0].stiffness_source}, section {section_source(materials)}."
     return blocks.together([table, blocks.gap(2), blocks.note(source)])
 
 
-def _cable_table(
-    chosen: list[Cable], modules: list[int], materials: Materials, width: float
-) -> list[Flowable]:
-    cord = materials.cable.form == "cord"
-    rows = []
-    for c in chosen:
-        a, b = c.nodes
-        rows.append(
-            [
-                f"{a} – {b}",
-                f"{1000 * c.assembled:.2f}",
-                f"{1000 * c.rest:.2f}",
-                *([f"<b>{1000 * c.cut:.0f}</b>"] if c.cut is not None else []),
-                f"{c.pretension:.3f}",
-                f"{c.stiffness:.{1 if cord else 2}f}",
-                *([] if cord else [f"{1e6 * c.area:.3f}"]),
-            ]
-        )
-    half = (len(rows) + 1) // 2
-    pairs = [[*rows[k], *rows[k + half]] for k in range(half)]
-    header = ["nodes", "built (mm)", "rest (mm)", *(["cut (mm)"] if cord else []), "tension (N)"]
-    header += ["k (N/m)", *([] if cord else ["area (mm²)"])]
-    shares = [9.5, 8.5, 8.5, 8.5, 11, 9] if cord else [8, 8, 8, 9, 8, 8]
-    right = [k for k in range(2 * len(header)) if k % len(header)]
-    table = blocks.grid(header * 2, pairs, blocks.columns(width, *shares, *shares), right=right)
-    where = style.module_names(modules)
-    title = (
-        f"Passive cables of module {where}"
-        if len(modules) == 1
-        else f"Passive cables of modules {where}, each"
-    )
-    return [
-        blocks.together(
-            [
-                blocks.subheading(title),
-                table,
-                blocks.gap(2),
-                blocks.note(
-                    "Between the rods' ends: built = in the finished module without load, servo off; rest ="
-                    " where the cable begins to pull; tension = in the finished module. The file"
-                    " tables/cables.csv lists every cable of every module."
-                ),
-            ]
-        )
-    ]
-
-
 def _pull_test(facts: Facts, materials: Materials) -> list[Flowable]:
     c = coupon(facts.morphology, materials)
+    make = (
+        "Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings"
+        if materials.cable.form == "printed"
+        else f"Cut the coupon (net/pull_coupon.dxf) from the sheet of {1000 * c.thickness:g} mm"
+    )
     piece = (
-        f"Print the coupon (parts/pull_coupon.stl) flat, with the cables' settings: {1000 * c.width:.2f} ×"
-        f" {1000 * c.thickness:.2f} mm, and draw two marks {1000 * c.gauge_length:.0f} mm apart at the ends"
-        " of the narrow strip."
-        if c.grip_length
-        else f"Take a piece of the cord with two marks {1000 * c.gauge_length:.0f} mm apart."
+        f"{make}: {1000 * c.width:.2f} × {1000 * c.thickness:.2f} mm, and draw two marks"
+        f" {1000 * c.gauge_length:.0f} mm apart at the ends of the narrow strip."
     )
     measured = (
         "The modulus used here was measured so."

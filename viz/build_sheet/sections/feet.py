@@ -12,12 +12,13 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body.feet import FEET_TEXT
+from engine.fabrication.dimensions.cables import cable_design
 from engine.fabrication.dimensions.feet import TEST_FEET, TEST_LEAN, Foot, foot_name
 from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.foot import RADIUS, ball_outline
 from engine.fabrication.parts.servo_parts import ROD_DIAMETER
-from engine.fabrication.parts.shapes import CROWN_ABOVE, FOOT_LIP, HEAD, NECK, neck_height
+from engine.fabrication.parts.shapes import FOOT_LIP, HEAD, NECK, POST_TOP, neck_height, profile
 from viz.build_sheet import blocks, bodies, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
@@ -26,7 +27,7 @@ from viz.build_sheet.style import Paper
 
 FOOT: Final = HexColor("#b3286e")
 FROM_ABOVE: Final = OrthographicCamera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-RISE: Final = CROWN_ABOVE + neck_height(footed=True) + HEAD[1] / 2 + RADIUS - (CROWN_ABOVE + NECK + HEAD[1])
+RISE: Final = POST_TOP + neck_height(footed=True) + HEAD[1] / 2 + RADIUS - (POST_TOP + NECK + HEAD[1])
 """How much farther than a plain cap's knob a foot reaches, in mm."""
 PLAN_HEIGHT: Final = 190.0
 ARROW: Final = 0.016
@@ -173,12 +174,10 @@ def _draw_foot(pen: Pen, materials: Materials) -> None:
         a, b = at(low, -half), at(high, half)
         pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)
 
-    sleeve = (ROD_DIAMETER + 1e3 * materials.printer.clearance) / 2 + 1e3 * materials.printer.min_wall
-    neck = CROWN_ABOVE + neck_height(footed=True)
-    bar(-20.0, -7.0, ROD_DIAMETER / 2, style.ROD)
-    bar(-7.0, CROWN_ABOVE, sleeve, style.BAND)
-    bar(-3.0, CROWN_ABOVE, sleeve + 1.0, style.BAND)
-    bar(CROWN_ABOVE, neck, NECK, style.BAND)
+    half = profile(cable_design(1, materials), materials.printer, footed=True)
+    neck = POST_TOP + neck_height(footed=True)
+    bar(-20.0, half[0][1], ROD_DIAMETER / 2, style.ROD)
+    pen.path([at(z, r) for r, z in half] + [at(z, -r) for r, z in half[::-1]], fill=style.BAND, close=True)
     middle = neck + HEAD[1] / 2
     turn = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]])
     outline = ball_outline()

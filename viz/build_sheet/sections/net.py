@@ -7,9 +7,9 @@ from reportlab.lib.colors import Color, HexColor, white
 from reportlab.platypus import Flowable
 
 from engine.body import module as t
-from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.cables import RING_RADIUS, design_cables
 from engine.fabrication.materials import Materials
-from engine.fabrication.parts.net import EYELET_HOLE, Net, lay_out, module_net
+from engine.fabrication.parts.net import Net, lay_out, module_net
 from viz.build_sheet import blocks, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
@@ -27,24 +27,25 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     printed = materials.cable.form == "printed"
     height = min(250.0, (width - 20) * net.size[1] / net.size[0] + 24)
     cuts = " and ".join(f"node {n} ({' and '.join(labels)})" for n, labels in net.cuts.items())
-    how = (
-        f"Printed flat, {1000 * net.size[0]:.0f} × {1000 * net.size[1]:.0f} mm"
-        + ("" if net.fits else " (<b>larger than the stated print bed</b>: use a larger printer, or cords)")
-        + f"; {1000 * net.side:.2f} mm between the middles of two joined rings: the rest length of"
-        f" {1000 * design.rest:.2f} mm, two tails of {1000 * design.tail:.1f} mm and a ring's hole of"
-        f" {1000 * EYELET_HOLE:.1f} mm. The folders net (DXF, SVG) and parts (STL, 3MF) have it at 1:1."
-        if printed
-        else "The cables are cords: this net is not printed. It shows which cord goes where, and the faces."
+    size = f"{1000 * net.size[0]:.0f} × {1000 * net.size[1]:.0f} mm"
+    if printed:
+        fits = "" if net.fits else " (<b>larger than the stated print bed</b>: use a larger printer)"
+        how = f"Printed flat, {size}{fits}; the folders net (DXF, SVG) and parts (STL, 3MF) have it at 1:1."
+    else:
+        how = f"Cut in one piece from a sheet, {size}; the folder net (DXF, SVG) has it at 1:1."
+    how += (
+        f" From middle to middle of two joined rings: {1000 * net.side:.2f} mm, {1000 * net.free:.2f} mm that"
+        f" stretch, and two rings of {1000 * RING_RADIUS:.1f} mm, from their middle, which lie on the caps."
     )
-    # the strip is the clearest, whatever layout is printed
-    scheme = lay_out("strip", design.path, materials.printer)
+    # the strip is the clearest, whatever layout is made
+    scheme = lay_out("strip", design.free, materials.printer)
     small = [_small(facts, scheme, i, width / 2 - 6) for i in range(facts.morphology.n_modules)]
     return [
         blocks.heading("The net of a module: nodes and faces"),
         blocks.body(
             f"All {len(t.CABLES)} cables of a module in one plane, seen from outside. Small numbers at the"
             " rings are <b>nodes</b>; large ones in the triangles are <b>faces</b>, which can join another"
-            f" module. The net is cut open at {cuts}: both rings of such a node go on the same rod end. {how}"
+            f" module. The net is cut open at {cuts}: both rings of such a node go on the same cap. {how}"
         ),
         Picture(width, height, lambda pen: _draw_net(pen, net, {}), "net"),
         blocks.together(
@@ -57,7 +58,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
         blocks.note(
             "Violet: joins the next module. Green: joins the module before. Orange: free end of the chain."
             " The three nodes of a coloured face are the ones to tie; which to which is in the orientation"
-            " table. Here the net is drawn as one band, not as it is printed."
+            " table. Here the net is drawn as one band, not always as it is made."
         ),
         blocks.in_pairs(small, width, 4),
     ]

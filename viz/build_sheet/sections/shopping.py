@@ -16,6 +16,7 @@ from engine.fabrication.kit.power import SIGNAL, TETHER, power
 from engine.fabrication.materials import Materials, ServoMotor
 from engine.fabrication.parts import solids
 from engine.fabrication.parts.head_tag import WIRE, WIRE_LENGTH
+from engine.fabrication.parts.net import sheet_cuts
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import (
     BALLAST_RADIUS,
@@ -28,7 +29,7 @@ from viz.build_sheet.facts import Facts
 from viz.build_sheet.style import Paper
 
 SPARE = 1.25
-"""Filament, cord and line that are ordered, per unit that the robot holds: misprints, brims, knots."""
+"""Filament and line that are ordered, per unit that the robot holds: misprints, brims, knots."""
 
 
 def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
@@ -38,7 +39,7 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
     first = (
         "Print the pull coupon first and pull it (“Pull test of the cable material”)."
         if soft
-        else "Pull a piece of the cord before you cut it (“Pull test of the cable material”)."
+        else "Cut the pull coupon first and pull it (“Pull test of the cable material”)."
     )
     return [
         blocks.heading("What to order and to print"),
@@ -111,14 +112,16 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
             grams += SPARE * 1000 * jig_mass(holder, materials)
         if grams:
             rows.append([style.escaped(name), f"{math.ceil(grams)} g", "with a quarter more for misprints"])
-    if materials.cable.form == "cord":
-        cords: dict[float, float] = {}
-        for p in listed:
-            if p.group == "passive cables" and p.diameter is not None and p.length is not None:
-                cords[p.diameter] = cords.get(p.diameter, 0.0) + p.quantity * p.length
-        for diameter, length in sorted(cords.items()):
-            name = f"{style.escaped(materials.cable.material)}, Ø {1000 * diameter:g} mm"
-            rows.append([name, f"{math.ceil(SPARE * length)} m", "passive cables, with a quarter more"])
+    for cut in sheet_cuts(facts.morphology, materials):
+        name = f"{style.escaped(materials.cable.material)}, {1000 * cut.thickness:g} mm"
+        x, y = (1000 * v + 20 for v in cut.size)
+        rows.append(
+            [
+                name,
+                f"{cut.nets + 1} × {x:.0f} × {y:.0f} mm",
+                "nets, and one more for misses and the coupon",
+            ]
+        )
     rows += [
         [
             style.escaped(motor.model),

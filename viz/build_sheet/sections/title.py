@@ -20,7 +20,7 @@ from viz.build_sheet.scene import OrthographicCamera, SceneView, paint
 from viz.build_sheet.style import Paper, signed
 
 QR_SIZE = 92.0
-VIEW_HEIGHT = 190.0
+VIEW_HEIGHT = 172.0
 SHADOW = HexColor("#e4e8ec")
 
 
@@ -57,7 +57,8 @@ def pages(facts: Facts, materials: Materials, paper: Paper) -> list[Flowable]:
 def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
     """Return whether the robot can be built and is worth it; in red if it is not."""
     found: list[Flowable] = []
-    for problem in problems(facts.morphology, materials):
+    wrong = problems(facts.morphology, materials)
+    for problem in wrong:
         where = style.module_names(problem.modules)
         cure = style.escaped(problem.proposals[0])
         found.append(
@@ -65,6 +66,8 @@ def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
                 f"<b>Cannot be built so</b> (modules {where}): {style.escaped(problem.text)} {cure}."
             )
         )
+    if materials.instead:
+        found.append(blocks.body(f"<b>{style.escaped(materials.instead)}</b>"))
     twin, scores = facts.twin, facts.as_built
     if twin is not None and scores is not None:
         names = {d.key: (d.name, d.remedy) for d in twin.deviations}
@@ -72,7 +75,7 @@ def verdict(facts: Facts, materials: Materials) -> list[Flowable]:
         said[0] = f"<b>{said[0]}</b>"
         text = re.sub(r"(?<= )-(?=\d)", "−", " ".join(said))
         found.append(blocks.body(text) if scores.worth_building else blocks.warning(text))
-    if not found or (scores is not None and scores.worth_building and len(found) == 1):
+    if not wrong and (scores is None or scores.worth_building):
         found.append(
             blocks.body("This sheet and the folder that it came in say all that is needed to build it.")
         )

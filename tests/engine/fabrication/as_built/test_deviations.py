@@ -10,7 +10,7 @@ import pytest
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.as_built import Origin, deviations, search_physics, twin_of
-from engine.fabrication.as_built.deviations import built_centre_of_mass, friction_spread
+from engine.fabrication.as_built.deviations import built_centre_of_mass
 from engine.fabrication.as_built.twin import FEET_PAIRS
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cables import cable_design
@@ -91,23 +91,16 @@ def test_rods_without_a_bore_hold_no_limiter() -> None:
 
 
 def test_cables_that_can_be_made_have_the_simulated_stiffness() -> None:
-    latex = twin_of(Physics(), BODY, load_materials("latex-cord"), levels=range(1, 11)).built
+    latex = twin_of(Physics(), BODY, load_materials("latex-sheet"), levels=range(1, 11)).built
     assert latex.stiffness == pytest.approx((1.0,) * 10, abs=0.01)
     # too soft for a nozzle of 0.4 mm
     printed = twin_of(Physics(), Morphology(1, (1, 8)), load_materials("tpu-85a")).built
     assert printed.stiffness[0] > 1.5
 
 
-def test_friction_over_the_caps_counts_for_long_tails() -> None:
-    materials = load_materials("latex-cord")
-    short, long = (dataclasses.replace(cable_design(5, materials), tail=tail) for tail in (0.0, 0.02))
-    assert friction_spread(short, materials) == 0.0
-    assert 0.03 < friction_spread(long, materials) < 0.2
-
-
 def test_a_twin_for_a_search_has_every_level() -> None:
-    twin = twin_of(Physics(), BODY, load_materials("silicone-cord"), levels=range(1, 11))
-    assert sum(f != 1.0 for f in twin.built.stiffness) > 3
+    twin = twin_of(Physics(), BODY, load_materials("silicone-sheet"), levels=range(1, 11))
+    assert [k for k, f in enumerate(twin.built.stiffness) if abs(f - 1.0) > 0.01] == [0]
     own = twin_of(Physics(), BODY, load_materials("tpu-85a")).built.stiffness
     assert own[:4] + own[5:] == (1.0,) * 9
 
@@ -134,7 +127,7 @@ def test_samples_differ_and_begin_alike() -> None:
 
 
 def test_the_simulated_stiffness_is_the_yardstick_of_a_measured_one() -> None:
-    text = preset_text("latex-cord").replace("max_tail_mm", "k_ref_n_per_m = 57.6\nmax_tail_mm")
+    text = preset_text("latex-sheet").replace("# k_ref_n_per_m = 115.2", "k_ref_n_per_m = 57.6")
     built = twin_of(Physics(), BODY, parse_materials(text, file="mine")).built
     half = cable_design(5, parse_materials(text, file="mine"))
     assert half.stiffness == pytest.approx(t.stiffness_n_per_m(0.25))
@@ -142,13 +135,13 @@ def test_the_simulated_stiffness_is_the_yardstick_of_a_measured_one() -> None:
 
 
 def test_a_search_has_the_masses_of_the_level_asked_for() -> None:
-    cord = load_materials()
-    soft, stiff = (search_physics(Physics(), cord, spread=False, level=level).built for level in (2, 9))
+    latex = load_materials()
+    soft, stiff = (search_physics(Physics(), latex, spread=False, level=level).built for level in (2, 9))
     assert soft.plain_rod_mass < 1.15 * t.ROD_MASS
-    assert stiff.plain_rod_mass > 1.5 * t.ROD_MASS
+    assert stiff.plain_rod_mass > 1.3 * t.ROD_MASS
     assert soft.stiffness == stiff.stiffness
-    assert not search_physics(Physics(), cord, spread=False).spread
-    varied = search_physics(Physics(), cord, spread=True)
+    assert not search_physics(Physics(), latex, spread=False).spread
+    varied = search_physics(Physics(), latex, spread=True)
     assert varied.built == soft
     assert varied.spread.stiffness > 0.0
 
@@ -166,7 +159,7 @@ def test_feet_are_weighed(preset: str) -> None:
     )
     assert worn - plain > 0.05e-3
     # two of them sit on node 0 of servo rods, at -y
-    lighter = load_materials("latex-cord")
+    lighter = load_materials("latex-sheet")
     bare, shod = (built_centre_of_mass(FOOTED, lighter, feet)[1] for feet in ((), FEET))
     one = next(p.mass for p in parts(FOOTED, lighter, FEET) if p.name == "foot_060")
     heavy = twin_of(Physics(), FOOTED, lighter, feet=FEET).built.servo_rod_mass
@@ -176,7 +169,7 @@ def test_feet_are_weighed(preset: str) -> None:
 
 def test_measured_feet_are_simulated_with_their_spread() -> None:
     guessed = twin_of(Physics(), FOOTED, load_materials())
-    materials = parse_materials(preset_text("latex-cord") + FEET_TEST, file="mine")
+    materials = parse_materials(preset_text("latex-sheet") + FEET_TEST, file="mine")
     measured = twin_of(Physics(), FOOTED, materials)
     assert guessed.nominal.feet_friction == (0.3, 0.8)
     assert measured.nominal.feet_friction == pytest.approx((0.384, 0.770), abs=1e-3)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from engine.body import module as t
-from engine.fabrication.dimensions.cables import design_cables
 from engine.fabrication.kit.jig import BELOW, LEAST_ROOM, PLATE, jig
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import load_materials
@@ -17,9 +16,7 @@ MATERIALS = load_materials()
 
 
 def jig_of(level, materials=MATERIALS):
-    module = LoneModule(level, (1,))
-    (design,) = design_cables(module, materials)
-    return jig(design, robot_glb(module, materials))
+    return jig(level, robot_glb(LoneModule(level, (1,)), materials))
 
 
 @pytest.fixture(scope="module")
@@ -67,5 +64,6 @@ def test_rods_do_not_lie_in_each_others_way(made):
         assert one.min_gap(other, 50.0) > 5.0
 
 
-def test_where_a_tail_leaves_no_room_beside_the_servo_there_is_none():
-    assert jig_of(2, load_materials("tpu-85a")) is None
+def test_where_posts_would_be_too_near_to_anything_there_is_none(made, monkeypatch):
+    monkeypatch.setattr("engine.fabrication.kit.jig.LEAST_ROOM", made.room + 0.1)
+    assert jig_of(2) is None

@@ -8,6 +8,8 @@ import pytest
 from engine.body.morphology import Morphology
 from engine.errors import InvalidData
 from engine.fabrication.bill_of_materials import parts
+from engine.fabrication.dimensions.cables import cable_design
+from engine.fabrication.dimensions.rubber import shear_modulus
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.kit.measured import measured_form, measures
 from engine.fabrication.kit.power import LARGEST_DROP, RESISTIVITY, WIRES, power, tether_density
@@ -22,7 +24,7 @@ def test_a_lone_module_is_the_first_of_its_robot():
     assert (MODULE.n_modules, MODULE.stiffness_levels, MODULE.faces) == (1, (2,), (3,))
     assert LoneModule.of(Morphology((2, 7, 4), (3, 1, 8)), 2) == LoneModule(4, (8,))
     listed = parts(MODULE, load_materials())
-    assert sum(p.quantity for p in listed if p.group == "passive cables") == 24
+    assert [p.quantity for p in listed if p.group == "passive cables"] == [1]
     for wrong in ((0, (1,)), (11, (1,)), ((2,), (1,)), (2, (1, 2))):
         with pytest.raises(InvalidData, match="a lone module has one stiffness and one face"):
             LoneModule(*wrong)
@@ -99,10 +101,13 @@ def test_the_form_is_a_materials_file_before_and_after_it_is_filled_in(preset):
         filled = text.replace("# [pull_test]", "[pull_test]")
         for key in ("length_mm", "area_mm2", "force_n", "extension_mm", "max_strain_percent"):
             filled = filled.replace(f"# {key} = ", f"{key} = ")
-        # as expected, the modulus is what it was
+        # as expected, it is the rubber that it was, at the strain of the cables
         again = parse_materials(filled, file=preset)
         assert again.pull_test is not None
-        assert again.cable.modulus == pytest.approx(materials.cable.modulus, rel=0.01)
+        assert shear_modulus(again.cable) == pytest.approx(shear_modulus(materials.cable), rel=0.01)
+        assert again.cable.modulus_strain == pytest.approx(
+            cable_design(2, materials).strain_assembled, rel=0.01
+        )
         assert again.cable.max_strain == pytest.approx(materials.cable.max_strain, rel=0.01)
         pulled = dataclasses.replace(again.pull_test, force=2 * again.pull_test.force)
         assert pulled.modulus == pytest.approx(2 * again.pull_test.modulus)
@@ -110,9 +115,9 @@ def test_the_form_is_a_materials_file_before_and_after_it_is_filled_in(preset):
 
 def test_the_form_asks_for_the_friction_of_feet_where_there_are_some():
     materials = load_materials()
-    form = measured_form(preset_text("latex-cord"), MODULE, materials, (0.3, 0.8))
+    form = measured_form(preset_text("latex-sheet"), MODULE, materials, (0.3, 0.8))
     filled = re.sub(r"^# (?=\[feet_test\]|forward_degrees|backward_degrees)", "", form, flags=re.MULTILINE)
     found = parse_materials(filled, file="mine.toml")
     assert found.feet_test.friction == pytest.approx((0.3, 0.8), rel=0.03)
     assert parse_materials(form, file="mine.toml").feet_test is None
-    assert "feet_test" not in measured_form(preset_text("latex-cord"), MODULE, materials)
+    assert "feet_test" not in measured_form(preset_text("latex-sheet"), MODULE, materials)

@@ -7,7 +7,7 @@ from shapely.ops import unary_union
 
 from engine.fabrication.parts import solids
 from engine.fabrication.parts.foot import RADIUS, SCALE_HEIGHT, SCALES, foot, sled
-from engine.fabrication.parts.shapes import CROWN_ABOVE, FOOT_LIP, HEAD, LINK_THICKNESS, neck_height
+from engine.fabrication.parts.shapes import FOOT_LIP, HEAD, LINK_THICKNESS, POST_TOP, neck_height
 
 LAYER = 0.1
 LEANS = range(0, 181, 30)
@@ -24,7 +24,7 @@ def test_scales_are_steep_backward_and_gentle_forward(lean):
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a) / 2
     areas = np.linalg.norm(normals, axis=1)
-    middle = np.array([0.0, 0.0, CROWN_ABOVE + neck_height(footed=True) + HEAD[1] / 2])
+    middle = np.array([0.0, 0.0, POST_TOP + neck_height(footed=True) + HEAD[1] / 2])
     outside = np.linalg.norm((a + b + c) / 3 - middle, axis=1) > RADIUS - SCALE_HEIGHT + 0.05
     ahead = np.array([np.sin(np.radians(lean)), 0.0, np.cos(np.radians(lean))])
     along = (normals @ ahead) / np.maximum(areas, 1e-12)
@@ -70,8 +70,8 @@ def reach_of(outline, degrees):
 
 def test_foot_and_link_share_the_neck():
     rim = foot(90).bounding_box()[2]
-    assert rim - CROWN_ABOVE >= LINK_THICKNESS
-    assert CROWN_ABOVE + neck_height(footed=True) - rim == pytest.approx(FOOT_LIP)
+    assert rim - POST_TOP >= LINK_THICKNESS
+    assert POST_TOP + neck_height(footed=True) - rim == pytest.approx(FOOT_LIP)
 
 
 def test_the_sled_stands_on_three_feet():

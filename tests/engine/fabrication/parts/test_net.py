@@ -10,9 +10,9 @@ from shapely.geometry import LineString, Point, Polygon
 
 from engine.body import module as t
 from engine.body.morphology import Morphology
-from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.cables import RING_RADIUS, design_cables
 from engine.fabrication.materials import load_materials
-from engine.fabrication.parts.net import EYELET_HOLE, EYELET_RADIUS, LAYOUTS, lay_out, module_net
+from engine.fabrication.parts.net import EYELET_HOLE, LAYOUTS, lay_out, module_net, sheet_cuts
 from engine.fabrication.parts.net_files import rest_lines
 from engine.fabrication.parts.shapes import net_outline
 
@@ -26,23 +26,23 @@ def design_of(level, name="tpu-85a"):
 
 @pytest.fixture(params=LAYOUTS)
 def net(request):
-    return lay_out(request.param, design_of(5).path, PRINTER)
+    return lay_out(request.param, design_of(5).free, PRINTER)
 
 
 def points(net):
     return np.array([e.position for e in net.eyelets])
 
 
-@given(path=st.floats(0.02, 0.08), layout=st.sampled_from(sorted(LAYOUTS)))
+@given(free=st.floats(0.02, 0.08), layout=st.sampled_from(sorted(LAYOUTS)))
 @settings(max_examples=25, deadline=None)
-def test_every_cable_lies_once_at_its_rest_length(path, layout):
-    net = lay_out(layout, path, PRINTER)
+def test_every_cable_lies_once_at_its_rest_length(free, layout):
+    net = lay_out(layout, free, PRINTER)
     assert tuple(c.nodes for c in net.cables) == t.CABLES
     for cable, (a, b) in zip(net.cables, rest_lines(net), strict=True):
         assert tuple(net.eyelets[i].node for i in cable.eyelets) == cable.nodes
-        assert math.dist(a, b) == pytest.approx(1e3 * path)
-    assert points(net).min() == pytest.approx(EYELET_RADIUS)
-    assert (points(net).max(axis=0) + EYELET_RADIUS).tolist() == pytest.approx(net.size)
+        assert math.dist(a, b) == pytest.approx(1e3 * free)
+    assert points(net).min() == pytest.approx(RING_RADIUS)
+    assert (points(net).max(axis=0) + RING_RADIUS).tolist() == pytest.approx(net.size)
 
 
 def test_no_two_cables_overlap_and_no_cable_meets_a_foreign_eyelet(net):
@@ -52,16 +52,16 @@ def test_no_two_cables_overlap_and_no_cable_meets_a_foreign_eyelet(net):
         if shared:
             (eyelet,) = shared
             # away from their common ring they are apart
-            ring = Point(net.eyelets[eyelet].position).buffer(EYELET_RADIUS)
+            ring = Point(net.eyelets[eyelet].position).buffer(RING_RADIUS)
             assert a.difference(ring).distance(b.difference(ring)) > 0.0005
         else:
             assert a.distance(b) > 0.003
     for i, e in enumerate(net.eyelets):
         for c, line in zip(net.cables, lines, strict=True):
             if i not in c.eyelets:
-                assert line.distance(Point(e.position)) > EYELET_RADIUS + 0.001
+                assert line.distance(Point(e.position)) > RING_RADIUS + 0.001
     for a, b in itertools.combinations(points(net), 2):
-        assert math.dist(a, b) > 2 * EYELET_RADIUS
+        assert math.dist(a, b) > 2 * RING_RADIUS
 
 
 def test_folded_back_every_face_closes(net):
@@ -111,8 +111,16 @@ def test_the_net_is_one_piece(net):
 
 def test_the_layout_that_fits_the_bed_is_taken():
     design = design_of(5)
-    assert module_net(design, PRINTER).layout == "block"
-    long = dataclasses.replace(PRINTER, bed_x=0.3)
-    assert module_net(design, long).layout == "strip"
-    small = dataclasses.replace(PRINTER, bed_x=0.1, bed_y=0.1)
+    assert module_net(design, PRINTER).layout == "strip"
+    short = dataclasses.replace(PRINTER, bed_x=0.13)
+    assert module_net(design, short).layout == "block"
+    small = dataclasses.replace(PRINTER, bed_x=0.05, bed_y=0.05)
     assert not module_net(design, small).fits
+
+
+def test_nets_are_cut_from_as_many_sheets_as_there_are_thicknesses():
+    body, latex = Morphology((1, 3, 1, 9), (1, 2, 3, 4)), load_materials("latex-sheet")
+    cuts = sheet_cuts(body, latex)
+    assert [(round(1e3 * c.thickness, 2), c.nets) for c in cuts] == [(0.25, 2), (0.5, 1), (1.3, 1)]
+    assert cuts[0].size == module_net(design_of(1, "latex-sheet"), latex.printer).size
+    assert sheet_cuts(body, MATERIALS) == ()

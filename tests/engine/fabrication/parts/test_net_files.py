@@ -9,9 +9,10 @@ from svg.path import parse_path
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.pull_test import coupon
 from engine.fabrication.materials import PRESETS, load_materials
 from engine.fabrication.parts.net import module_net
-from engine.fabrication.parts.net_files import SCALE_BAR, dxf_bytes, svg_bytes
+from engine.fabrication.parts.net_files import SCALE_BAR, coupon_drawing, dxf_bytes, net_drawing, svg_bytes
 from engine.fabrication.parts.shapes import net_outline
 
 MATERIALS = load_materials("tpu-85a")
@@ -27,7 +28,7 @@ def design_of(level, name="tpu-85a"):
 def test_svg_is_true_to_scale(name):
     design = design_of(6, name)
     net = module_net(design, PRINTER)
-    root = ET.fromstring(svg_bytes(net, design))
+    root = ET.fromstring(svg_bytes(net_drawing(net, design)))
     width, height = root.get("width"), root.get("height")
     assert width.endswith("mm")
     assert height.endswith("mm")
@@ -38,7 +39,7 @@ def test_svg_is_true_to_scale(name):
     rest = {p.get("id"): parse_path(p.get("d")) for p in groups["REST"]}
     assert set(rest) == {f"cable_{a}_{b}" for a, b in t.CABLES}
     for path in rest.values():
-        assert path.length() == pytest.approx(1e3 * design.path, abs=2e-3)
+        assert path.length() == pytest.approx(1e3 * design.free, abs=2e-3)
     (bar,) = [p for p in root.iter(f"{SVG}path") if p.get("id") == "scale_bar"]
     assert parse_path(bar.get("d")).length() == pytest.approx(SCALE_BAR)
     texts = {e.text for e in root.iter(f"{SVG}text")}
@@ -56,14 +57,14 @@ def test_svg_is_true_to_scale(name):
 def test_dxf_is_true_to_scale(level):
     design = design_of(level)
     net = module_net(design, PRINTER)
-    content = dxf_bytes(net, design)
+    content = dxf_bytes(net_drawing(net, design))
     document = ezdxf.read(io.StringIO(content.decode()))
     assert document.units == ezdxf.units.MM
     assert not document.audit().errors
     space = document.modelspace()
     assert space.units == ezdxf.units.MM
     lengths = [e.dxf.start.distance(e.dxf.end) for e in space.query('LINE[layer=="REST"]')]
-    assert lengths == pytest.approx([1e3 * design.path] * 24)
+    assert lengths == pytest.approx([1e3 * design.free] * 24)
     bars = [e.dxf.start.distance(e.dxf.end) for e in space.query('LINE[layer=="ENGRAVE"]')]
     assert SCALE_BAR in bars
     rings = [Polygon([p[:2] for p in e.get_points()]) for e in space.query('LWPOLYLINE[layer=="CUT"]')]
@@ -79,9 +80,9 @@ def test_dxf_is_true_to_scale(level):
 def test_drawings_hold_no_date_and_no_random_number():
     design = design_of(5)
     net = module_net(design, PRINTER)
-    assert svg_bytes(net, design) == svg_bytes(net, design)
-    content = dxf_bytes(net, design)
-    assert content == dxf_bytes(net, design)
+    assert svg_bytes(net_drawing(net, design)) == svg_bytes(net_drawing(net, design))
+    content = dxf_bytes(net_drawing(net, design))
+    assert content == dxf_bytes(net_drawing(net, design))
     # ezdxf keeps kinds of objects in a set, whose order differs from process to process
     document = ezdxf.read(io.StringIO(content.decode()))
     declared = [c.dxf.name for c in document.classes]
@@ -93,3 +94,21 @@ def test_drawings_hold_no_date_and_no_random_number():
     assert {values[k] for k in ("$TDCREATE", "$TDUPDATE", "$TDUCREATE", "$TDUUPDATE")} == {"2451545.0"}
     assert set(values["$VERSIONGUID"]) | set(values["$FINGERPRINTGUID"]) <= set("{}-0")
     assert "2000-01-01" in content.decode()
+
+
+def test_the_coupon_is_drawn_with_its_marks():
+    c = coupon(Morphology(2, (1, 2)), load_materials())
+    document = ezdxf.read(io.StringIO(dxf_bytes(coupon_drawing(c)).decode()))
+    space = document.modelspace()
+    marks = [e.dxf.start.x for e in space.query('LINE[layer=="REST"]')]
+    assert abs(marks[1] - marks[0]) == pytest.approx(1e3 * c.gauge_length)
+    outer, *holes = sorted(
+        (Polygon([p[:2] for p in e.get_points()]) for e in space.query('LWPOLYLINE[layer=="CUT"]')),
+        key=lambda ring: -ring.area,
+    )
+    assert len(holes) == 2
+    # as wide as it says between the marks
+    middle = outer.intersection(Polygon([(m, y) for m in (marks[0], marks[1]) for y in (-99, 99)]).envelope)
+    _, y0, _, y1 = middle.bounds
+    assert y1 - y0 == pytest.approx(1e3 * c.width)
+    assert outer.bounds[:2] == pytest.approx((0.0, 0.0))

@@ -96,9 +96,11 @@ def test_a_limit_of_the_tension_spares_the_servo():
 
 
 def test_a_cap_that_meets_the_mount_is_told():
-    cable = dataclasses.replace(MATERIALS.cable, max_tail=0.02, stock_diameters=(0.0018,))
-    found = problems(Morphology(5, (1, 2)), dataclasses.replace(MATERIALS, cable=cable))
-    assert any("meets the servo's mount" in p.text for p in found)
+    long = dataclasses.replace(MATERIALS.servo, body_length=0.03, shaft_offset=0.0)
+    found = problems(Morphology(5, (1, 2)), dataclasses.replace(MATERIALS, servo=long))
+    assert any("The cap of node 0 meets the mount" in p.text for p in found) == (
+        sp.rod_gap(long, MATERIALS.printer)[0] < -41.0 + 6.0 + 3.5
+    )
 
 
 @pytest.mark.parametrize("node", t.SERVO_NODES)

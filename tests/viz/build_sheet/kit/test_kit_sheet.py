@@ -9,7 +9,7 @@ from pypdf import PdfReader
 from reportlab.lib.units import mm
 
 from engine.export import simulate_trial
-from engine.fabrication.dimensions.cables import design_cables
+from engine.fabrication.dimensions.cables import cable_design, design_cables
 from engine.fabrication.kit.jig import jig
 from engine.fabrication.kit.lone_module import LoneModule
 from engine.fabrication.materials import load_materials, preset_text
@@ -38,14 +38,13 @@ def facts(small_run):
 @pytest.fixture(scope="module")
 def scene(facts):
     module = LoneModule.of(facts.morphology)
-    (design,) = design_cables(module, MATERIALS)
     glb = robot_glb(module, MATERIALS)
-    return module_scene(glb, jig(design, glb))
+    return module_scene(glb, jig(module.stiffness_levels[0], glb))
 
 
 @pytest.fixture(scope="module")
 def sheet(facts, scene):
-    return kit_sheet(facts, MATERIALS, preset_text("latex-cord"), scene)
+    return kit_sheet(facts, MATERIALS, preset_text("latex-sheet"), scene)
 
 
 def test_nothing_overflows_or_lies_over_something_else(sheet):
@@ -76,8 +75,9 @@ def test_it_says_what_a_workshop_asks(sheet):
     for section in set(re.findall("“([A-Z][^”]+)”", text)) - {"New Line", "To steer it", "The head point"}:
         assert len(re.findall(rf"(?<!“){re.escape(section)}(?!”)", text)) >= 1, section
     # what has to be there before it is used comes before it
-    order = ("Draw a limiter", "No glue yet", "adjust these limiters", "a day later", "cyanoacrylate at the")
-    places = [text.index(words, text.index("1. Prepare the rods")) for words in order]
+    order = ("Draw a limiter", "No glue:", "adjust these limiters", "rings over the knobs", "a day later")
+    order += ("cyanoacrylate at the",)
+    places = [text.index(words, text.index("1. Prepare rods and net")) for words in order]
     assert places == sorted(places)
 
 
@@ -144,24 +144,25 @@ def test_the_scene_stands_in_its_jig(scene):
 
 @pytest.mark.parametrize(("paper", "path"), [("a4", 0.06), ("letter", 0.12), ("a4", 0.03)])
 def test_the_tiles_show_the_whole_net_at_its_size(monkeypatch, paper, path):
-    net = lay_out("strip", path, MATERIALS.printer)
+    net, design = lay_out("strip", path, MATERIALS.printer), cable_design(2, MATERIALS)
     sheets, drawn = [], []
-    plain_circle, plain_page = tiles.Canvas.circle, tiles.Canvas.showPage
+    plain_text, plain_page = tiles.Canvas.drawString, tiles.Canvas.showPage
+    labels = {e.label for e in net.eyelets}
     paper_size = style.PAPERS[paper]
 
-    def circle(canvas, x, y, r, **more):
-        if r == pytest.approx(1.6 * mm):
-            drawn.append((x, y))
-        plain_circle(canvas, x, y, r, **more)
+    def text(canvas, x, y, said, **more):
+        if said in labels:
+            drawn.append((x - tiles.BESIDE[0], y - tiles.BESIDE[1]))
+        plain_text(canvas, x, y, said, **more)
 
     def show_page(canvas):
         sheets.append((canvas._pagesize, np.array(drawn)))
         drawn.clear()
         plain_page(canvas)
 
-    monkeypatch.setattr(tiles.Canvas, "circle", circle)
+    monkeypatch.setattr(tiles.Canvas, "drawString", text)
     monkeypatch.setattr(tiles.Canvas, "showPage", show_page)
-    pdf, (rows, columns) = tiles.net_tiles(net, paper_size, "Net")
+    pdf, (rows, columns) = tiles.net_tiles(net, design, paper_size, "Net")
     assert len(sheets) == rows * columns == len(PdfReader(io.BytesIO(pdf)).pages)
     assert (rows * columns > 1) == (path > 0.03)
     positions = np.array([e.position for e in net.eyelets]) * 1000 * mm
@@ -173,13 +174,14 @@ def test_the_tiles_show_the_whole_net_at_its_size(monkeypatch, paper, path):
         inside = (places > edge).all(axis=1) & (places < np.array([width, height]) - edge).all(axis=1)
         seen += inside
     assert (seen >= 1).all()
-    again, _ = tiles.net_tiles(net, paper_size, "Net")
+    again, _ = tiles.net_tiles(net, design, paper_size, "Net")
     assert again == pdf
 
 
 def test_a_modules_own_net_is_tiled(facts):
     (design,) = design_cables(LoneModule.of(facts.morphology), MATERIALS)
-    pdf, _ = tiles.net_tiles(module_net(design, MATERIALS.printer), style.PAPERS["a4"], "Net of module 1")
+    net = module_net(design, MATERIALS.printer)
+    pdf, _ = tiles.net_tiles(net, design, style.PAPERS["a4"], "Net of module 1")
     text = "".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)
     assert "print at 100 %" in text
     assert all(label in text for label in ("2a", "3b", "11"))
