@@ -122,14 +122,14 @@ class Export:
             write_files({index: csv_text([["archive", "cell", "evaluation", "folder"], *rows])})
         except OSError as e:
             raise ExportError(f"{index} cannot be written: {e.strerror or e}") from None
-        if failed:
-            raise ExportError(
-                f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}"
-            )
         if replaced:
             console.print(
                 f"{replaced} robots are of another material than {self.materials}; their sheets say why",
                 markup=False,
+            )
+        if failed:
+            raise ExportError(
+                f"{len(failed)} of {len(first)} robots were not exported; the first: {failed[0]}"
             )
         console.print(
             f"Wrote {len(first)} robots of {len(elites)} cells to {as_typed(self.out)};"

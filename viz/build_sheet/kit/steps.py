@@ -97,25 +97,29 @@ def actions(scene: ScenePictures, *, limited: bool) -> list[Action]:
     if jig:
         found.append(Action("Jig on the table", ("jig*",), gone=unit))
     into = "into the jig" if jig else "in its place"
-    rods = {r: (f"*_rod{r}",) for r in plain} | {r0: unit}
-    for r, ends in sorted(rods.items(), key=lambda item: item[0] != r0):
-        nodes = t.RODS[r]
-        what = f"Rod {r} with the servo" if r == r0 else f"Rod {r}"
-        lines = [n for n in nodes if limited and n in t.SERVO_NODES]
-        found.append(Action(f"{what} {into}: nodes {_both(nodes)}", ends, nodes=nodes))
-        text = f"Caps on {_both(nodes)}" + (
-            f"; at {_both(tuple(lines))} the line out of its hole, bead on it" if lines else ""
-        )
-        found.append(Action(text, tuple(f"*_cap_{n}" for n in nodes), nodes=nodes))
+    holding = ", its limiter inside," if limited else ""
+    found.append(Action(f"Rod {r0} with the servo {into}: nodes {_both((a, b))}", unit, nodes=(a, b)))
+    for r in plain:
+        text = f"Rod {r}{holding} {into}: nodes {_both(t.RODS[r])}"
+        found.append(Action(text, (f"*_rod{r}",), nodes=t.RODS[r]))
+    late = list(range(2 * len(t.RODS)))
     if limited:
+        for n in sorted(t.SERVO_NODES):
+            text = f"Cap on node {n}, the limiter's line out of its slanting hole; bead on the line"
+            found.append(Action(text, (f"*_cap_{n}",), nodes=(n,)))
+            late.remove(n)
         caps = tuple(f"*_cap_{n}" for n in sorted(t.SERVO_NODES))
         found.append(Action("Adjust the five limiters with a weight, wedge them", caps, nodes=t.SERVO_NODES))
+    for ends in t.RODS:
+        on = tuple(n for n in ends if n in late)
+        text = f"Cap{'s' if len(on) > 1 else ''} on {_both(on)}"
+        found.append(Action(text, tuple(f"*_cap_{n}" for n in on), nodes=on))
     done: set[int] = set()
-    for r, ends_of in enumerate(t.RODS):
-        done |= {*ends_of}
-        cables = [f"*_cable_{p}_{q}" for p, q in t.CABLES if {p, q} <= done and {p, q} & {*ends_of}]
-        text = f"Net: the rings of {_both(ends_of)} over the knobs of rod {r}"
-        found.append(Action(text, (*(f"*_cap_{n}" for n in ends_of), *cables), nodes=ends_of))
+    for r, ends in enumerate(t.RODS):
+        done |= {*ends}
+        cables = [f"*_cable_{p}_{q}" for p, q in t.CABLES if {p, q} <= done and {p, q} & {*ends}]
+        text = f"Net: the rings of {_both(ends)} over the knobs of rod {r}"
+        found.append(Action(text, (*(f"*_cap_{n}" for n in ends), *cables), nodes=ends))
     if jig:
         found.append(Action("Out of the jig: pull it straight up", (), gone=("jig*",)))
     for n in t.SERVO_NODES:

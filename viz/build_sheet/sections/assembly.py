@@ -169,8 +169,8 @@ def steps_of(facts: Facts, materials: Materials, design: CableDesign) -> list[St
             "Caps",
             "Push a cap on every rod end until the rod meets its bottom. No glue: the cables will hold it."
             + (
-                f" At nodes {lines} the limiter's line comes out of the cap's slanting hole and gets its"
-                " bead; then adjust these limiters (“Wiring”)."
+                f" Begin with nodes {lines}: their limiter's line comes out of the cap's slanting hole, and"
+                " gets its bead; then adjust these limiters (“Wiring”), before the other seven caps."
                 if limited
                 else ""
             )
