@@ -100,6 +100,13 @@ class RunConfig:
             raise InvalidData("generations of vie-neat do not overlap; overlap is for the other algorithms")
         if self.map_search.cell_capacity > 1 and self.algorithm != "dm-me":
             raise InvalidData(f"cell_capacity above 1 is for dm-me only; {self.algorithm} has no deep grid")
+        if (
+            self.map_search.controller_share != MapSearchConfig().controller_share
+            and self.algorithm != "dm-me"
+        ):
+            raise InvalidData(
+                f"controller_share is for dm-me only; parents of {self.algorithm} are from one map"
+            )
         if self.body.feet != "none" and self.physics.simulator != "kernel":
             raise InvalidData(
                 f"{self.physics.simulator} knows no directional feet; use --physics.simulator kernel or"

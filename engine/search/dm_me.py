@@ -1,7 +1,8 @@
 """Double-Map MAP-Elites (Zardini et al., GECCO 2021, algorithm 2).
 
 Two independent archives see every solution: one is laid out by the body, the other by the trajectory
-of the head, projected on its first two principal components. Half of the parents come from each.
+of the head, projected on its first two principal components. Half of the parents come from each, unless
+``controller_share`` says otherwise.
 """
 
 from __future__ import annotations
@@ -71,7 +72,8 @@ class DoubleMapMapElites(MapSearch):
         )
 
     def _mutants(self, n: int) -> list[Solution]:
-        return [*self._sample("morphology", n - n // 2), *self._sample("controller", n // 2)]
+        n_controller = int(self._config.controller_share * n)
+        return [*self._sample("morphology", n - n_controller), *self._sample("controller", n_controller)]
 
     def _offer(self, whole: Sequence[Evaluation]) -> None:
         for e in whole:

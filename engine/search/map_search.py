@@ -42,7 +42,9 @@ class MapSearchConfig:
     fill: Fill = "random"
     """What fills generation 0 beside given robots: random ones, or mutants of the given ones."""
     batch_size: int = 24
-    """Solutions per later generation; half of the parents come from each archive of DM-ME."""
+    """Solutions per later generation."""
+    controller_share: float = 0.5
+    """Part of the parents that come from DM-ME's controller archive; the others are from the morphology's."""
     refit_generations: tuple[int, ...] = PAPER_REFITS
     """Generations at which standardiser and PCA are fitted anew."""
     sensory: Literal["positions", "displacements"] = "positions"
@@ -68,6 +70,8 @@ class MapSearchConfig:
                 f"cell_capacity must be from 1 to {MAX_CELL_CAPACITY}, not {self.cell_capacity}"
             )
 
+        if not 0.0 <= self.controller_share <= 1.0:
+            raise InvalidData(f"controller_share must be from 0 to 1, not {self.controller_share:g}")
         if self.cell_capacity > 1:
             if self.parents != "uniform":
                 raise InvalidData(

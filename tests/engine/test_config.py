@@ -115,6 +115,12 @@ def test_a_deep_grid_is_dm_me_s():
         replaced(RunConfig(), algorithm="map-elites", cell_capacity=50)
 
 
+def test_a_share_of_the_parents_is_dm_me_s():
+    assert replaced(preset("atlas"), controller_share=0.25).map_search.controller_share == 0.25
+    with pytest.raises(InvalidData, match="controller_share is for dm-me only; parents of map-elites are"):
+        replaced(RunConfig(), algorithm="map-elites", controller_share=0.25)
+
+
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("options", [{"algorithm": "map-elites"}, {"stiffness": "per-module"}], ids=str)
 def test_presets_are_for_every_algorithm(name, options):

@@ -157,6 +157,20 @@ def test_half_of_the_parents_come_from_each_archive(seed):
         algorithm.tell(evaluate(solutions, salt=seed))
 
 
+@pytest.mark.parametrize(("share", "from_controller"), [(0.0, 0), (0.25, 2), (0.5, 5), (1.0, 10)])
+def test_another_share_of_the_parents_comes_from_the_controller_archive(share, from_controller):
+    algorithm = create(3, batch_size=10, budget=22, controller_share=share)
+    generation(algorithm)
+    sources = Counter(s.source for s in algorithm.ask())
+    assert (sources["controller"], sources["morphology"]) == (from_controller, 10 - from_controller)
+
+
+def test_a_share_beyond_all_is_refused():
+    for share in (-0.1, 1.5):
+        with pytest.raises(InvalidData, match=f"controller_share must be from 0 to 1, not {share}"):
+            create(3, controller_share=share)
+
+
 def test_parents_are_drawn_uniformly_from_the_elites_of_their_archive():
     algorithm = create(3, initial=30, batch_size=1500, budget=1530)
     generation(algorithm)
