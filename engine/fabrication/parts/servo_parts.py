@@ -44,7 +44,8 @@ BALLAST_RADIUS: Final = 6.0
 STEEL: Final = 7850.0
 """Density of the counterweight, in kg/m3."""
 CAPS: Final = 0.0006
-"""Typical mass of both caps of a rod, in kg: the counterweight's place is the same for all modules."""
+"""Typical mass of a servo rod's two caps and its share of net, links and lines, in kg: the counterweight is
+the same for all modules."""
 
 
 def elastic_length() -> float:
