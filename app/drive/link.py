@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from typing import Any
 
 from engine.errors import InvalidData
@@ -69,12 +71,13 @@ class Link:
 
 def _reason(error: Exception) -> str:
     """Return why a port fails, without what pySerial puts around it."""
+    cause = error.__context__
     number = getattr(error, "errno", None)
-    if isinstance(number, int):
-        import os
-
-        return os.strerror(number)
-    return str(error)
+    if not isinstance(number, int) and cause is not None and cause.args:
+        number = cause.args[0]  # termios says why, with a number of the system's
+    if number == errno.ENOTTY:
+        return "it is no serial port"
+    return os.strerror(number) if isinstance(number, int) else str(error)
 
 
 def _ports() -> str:

@@ -57,7 +57,7 @@ def test_a_port_that_is_not_there_gets_one_line(tmp_path, monkeypatch):
     with pytest.raises(InvalidData, match=r"port /dev/ttyNONE cannot be opened: No such file .* is among: "):
         Link("/dev/ttyNONE")
     (tmp_path / "file").touch()
-    with pytest.raises(InvalidData, match="cannot be opened"):
+    with pytest.raises(InvalidData, match="cannot be opened: it is no serial port; the board's is among"):
         Link(str(tmp_path / "file"))
     monkeypatch.setitem(__import__("sys").modules, "serial", None)
     with pytest.raises(InvalidData, match=r"needs pySerial; install it with: pip install 'tens"):
