@@ -119,6 +119,7 @@ def _side_by_side(page: Page) -> None:
 
 def _compare(page: Page) -> None:
     press(page, "Compare")
+    page.wait_for_timeout(1000)  # viser's client drops what follows within 50 ms
     page.get_by_role("button", name="Compare these runs", exact=True).press("Enter")
     page.get_by_role("dialog").locator(".js-plotly-plot svg.main-svg").first.wait_for()
     page.wait_for_timeout(6000)
