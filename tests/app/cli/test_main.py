@@ -57,15 +57,15 @@ def test_a_cell_of_five_axes_is_exported_and_verified(tensatlas: Command, tmp_pa
     where = ("--archive", "grid", "--cell", ",".join(map(str, cell)))
     status, _, err = tensatlas("export", "a.tsmr", *where, "--out", "robot")
     assert (status, f"robot {number}" in err) == (0, True)
-    # the passive cables of each stiffness are on a line of their own
+    # the nets of each stiffness are on a line of their own
     with open("robot/bill_of_materials.csv", newline="") as f:
-        cables = [row for row in csv.DictReader(f) if row["part"].startswith("passive cable")]
+        nets = [row for row in csv.DictReader(f) if row["part"].startswith("net")]
     levels = sorted(set(body.stiffness_levels))
     assert len(levels) > 1
-    assert [row["part"] for row in cables] == [f"passive cable, stiffness {k / 10:.1f}" for k in levels]
-    for row, level in zip(cables, levels, strict=True):
+    assert [row["part"] for row in nets] == [f"net_stiffness_{k / 10:.1f}" for k in levels]
+    for row, level in zip(nets, levels, strict=True):
         modules = [i for i, own in enumerate(body.stiffness_levels, 1) if own == level]
-        assert int(row["quantity"]) == 24 * len(modules)
+        assert int(row["quantity"]) == len(modules)
         assert row["note"].endswith(f"; modules {', '.join(map(str, modules))}")
     assert body.stiffness_text.replace(" ", ", ") in Path("robot/README.md").read_text()
     status, out, _ = tensatlas("verify", "a.tsmr", *where, "--seeds", 1, "--workers", 1)
@@ -117,7 +117,8 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
     _, out, _ = tensatlas("evolve", "--help")
     # by their names, which scripts use
     groups = {
-        "": "algorithm batch-size bonus cell-capacity controller-cells evaluations fill head-search initial"
+        "": "algorithm batch-size bonus cell-capacity controller-cells controller-share evaluations fill"
+        " head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
         "variation.": "morphology-weight controller-weight both-weight exchange-weight donors crossover",
         "body.": "feet feet-toward feet-axis",
@@ -224,6 +225,7 @@ def test_bad_run_files_get_one_line(
             "reevaluations must be from 0 to less than batch_size (24), not 24",
         ),
         ("evolve x.tsmr --reevaluations 2 --cell-capacity 5", "a deep grid has its own rule"),
+        ("evolve x.tsmr --controller-share 1.5", "controller_share must be from 0 to 1, not 1.5"),
         ("evolve x.tsmr --parents curiosity --cell-capacity 5", "a deep grid has its own rule"),
         (
             "evolve x.tsmr --controller-cells 0 9",
