@@ -87,6 +87,11 @@ class PageSize:
         """Call a function once the page has told its size, and when that has changed."""
         self._changed.append(changed)
 
+    def room(self, *sides: Literal["left", "right"]) -> int:
+        """Return how many pixels of the width panels at these sides leave."""
+        taken = dict(zip(("left", "right"), panel_widths(self.width), strict=True))
+        return self.width - sum(taken[side] for side in sides)
+
     def fit_panel(
         self, panel: viser.PanelHandle | viser.MainPanelHandle, side: Literal["left", "right"]
     ) -> None:
@@ -95,8 +100,7 @@ class PageSize:
 
         def fit() -> None:
             nonlocal fitted
-            left, right = panel_widths(self.width)
-            if (width := left if side == "left" else right) != fitted:  # it may be the user's by now
+            if (width := self.width - self.room(side)) != fitted:  # it may be the user's by now
                 fitted = width
                 panel.set_width(width)
 

@@ -14,7 +14,7 @@ from app.gui.actions import Actions
 from app.gui.browser_value import PageSize
 from app.gui.lanes import Lane
 from app.gui.top_bar import TopBar
-from app.gui.widgets import ignoring_event, panel_widths
+from app.gui.widgets import ignoring_event
 from app.limits import VISITOR_SECONDS, SimulationBudget
 from app.maps.map_board import MapBoard
 from app.replay.ground_picker import GroundPicker
@@ -115,18 +115,14 @@ class ChosenRobot:
             play=self._play_again,
             may_simulate=self._may_simulate,
         )
-
-        def room() -> int:
-            return page.width - sum(panel_widths(page.width))
-
         self._transport = TransportPanel(
             client,
             self.player,
             scene,
             TransportEvents(guarded(self._choose_other_trial), guarded(self.place_target)),
-            room=room(),
+            room=page.room("left", "right"),
         )
-        page.on_change(lambda: self._transport.fit(room()))
+        page.on_change(lambda: self._transport.fit(page.room("left", "right")))
         self._greeting = Greeting(self.overlay, scene, self._transport)
         self.overlay.on_do(guarded(self._look))
         self.player.show_with(self._show_moment)

@@ -6,7 +6,6 @@ import viser
 
 from app.gui.browser_value import PageSize
 from app.gui.lanes import Lane
-from app.gui.widgets import panel_widths
 from app.pointing.pointing import Pointing
 from app.pointing.seen import SeenRobot
 from app.replay.player import Player, ReplayMoment
@@ -59,14 +58,10 @@ class LoneReplaySession:
         self._pointing = Pointing(client, camera)
         self._player = Player(lane=simulating)
         self._player.show_with(self._show)
-
-        def room() -> int:
-            return page.width - panel_widths(page.width)[1]
-
         transport = TransportPanel(
-            client, self._player, self._scene, TransportEvents(), room=room(), step=step
+            client, self._player, self._scene, TransportEvents(), room=page.room("right"), step=step
         )
-        page.on_change(lambda: transport.fit(room()))
+        page.on_change(lambda: transport.fit(page.room("right")))
         transport.show_only(speed)
         self._player.load(replay)
         tell_of_software_rendering(client, overlay.show_chip)

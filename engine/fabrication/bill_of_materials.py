@@ -18,7 +18,7 @@ from engine.fabrication.dimensions.feet import Foot
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.materials import Materials, Source, load_materials
 from engine.fabrication.parts.drum import drum_errors
-from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.net import module_net, net_name
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.fabrication.parts.servo_parts import BALLAST_RADIUS, ballast_length, ballast_mass
 from engine.fabrication.parts.shapes import net_outline
@@ -146,7 +146,7 @@ def _cables(morphology: Morphology, materials: Materials) -> list[Part]:
             modules = [d.module for d in designs if d.level == level]
             net = module_net(design, materials.printer)
             area, thickness = 1e-6 * net_outline(net, design).area, design.section.thickness
-            name = f"net_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}"
+            name = net_name(level)
             result.append(
                 Part(
                     name=name,

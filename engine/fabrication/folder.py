@@ -16,7 +16,7 @@ from engine.fabrication.kit.jig import robot_jig
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.assembly import robot_glb
 from engine.fabrication.parts.mesh_files import stl_bytes, threemf_bytes
-from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.net import module_net, net_name
 from engine.fabrication.parts.net_files import coupon_drawing, dxf_bytes, net_drawing, svg_bytes
 from engine.fabrication.parts.printed_parts import printed_parts
 from engine.files import csv_text
@@ -52,8 +52,7 @@ def fabrication_files(
         files["parts/jig.3mf"] = threemf_bytes(holder.solid, "jig")
     drawings = {}
     for design in {d.level: d for d in design_cables(morphology, materials)}.values():
-        name = f"net/net_stiffness_{design.level / t.N_STIFFNESS_LEVELS:.1f}"
-        drawings[name] = net_drawing(module_net(design, materials.printer), design)
+        drawings[f"net/{net_name(design.level)}"] = net_drawing(module_net(design, materials.printer), design)
     if materials.cable.form == "sheet":
         drawings["net/pull_coupon"] = coupon_drawing(coupon(morphology, materials))
     for name, drawing in drawings.items():

@@ -21,27 +21,26 @@ CAP = style.mixed(style.SERVO, style.BAND, 0.65)
 
 def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     """Draw a finished rod end, cut along the rod, the node to the right."""
-    half = p.profile(design, materials.printer)
-    sleeve, low = half[0]
-    rim = max(r for r, _ in half)
-    knob, bare, reach = half[-1][1], 7.0, 4.5
+    shape = p.cap_shape(design, materials.printer)
+    sleeve, low, rim, knob = shape.sleeve, shape.low, shape.rim, shape.top
+    bare, reach = 7.0, 4.5
     scale = min((pen.width - 60) / (bare + knob - low), (pen.height / 2 - 20) / (rim + 0.7 * reach))
     x0, y0 = pen.width - 44 - scale * knob, pen.height / 2 + 2
 
     def at(x: float, y: float) -> tuple[float, float]:
         return x0 + scale * x, y0 + scale * y
 
-    pen.path([at(z, r) for r, z in half] + [at(z, -r) for r, z in half[::-1]], fill=CAP, close=True)
+    pen.path([at(*point) for point in shape.outline], fill=CAP, close=True)
     a, b = at(low - bare, -sp.ROD_DIAMETER / 2), at(-1e3 * CAP_TIP, sp.ROD_DIAMETER / 2)
     pen.box(a[0], a[1], b[0] - a[0], b[1] - a[1], fill=style.ROD, line=0.5)
     # the ring, which follows the rim's slope, and the cables
     turn = math.radians(p.SLOPE)
     way = np.array([-math.sin(turn), math.cos(turn)])
-    flat, ring = half[4], 1e3 * RING_RADIUS
+    flat, ring = p.SEAT[1], 1e3 * RING_RADIUS
     thick = max(1.2, scale * 1e3 * design.section.thickness)
     for side in (-1, 1):
-        seat = np.array([flat[1] + 0.5 * thick / scale, flat[0]])
-        rim_edge = seat + (ring - flat[0]) / math.cos(turn) * way
+        seat = np.array([shape.seat + 0.5 * thick / scale, flat])
+        rim_edge = seat + (ring - flat) / math.cos(turn) * way
         path = [(seat[0], p.POST), tuple(seat), tuple(rim_edge), tuple(rim_edge + reach * way)]
         pen.path([at(x, side * y) for x, y in path], stroke=style.CABLE, width=thick)
     x, y = at(0.0, 0.0)
@@ -52,7 +51,7 @@ def draw_rod_end(pen: Pen, design: CableDesign, materials: Materials) -> None:
     pen.text(at(low, 0)[0], top, "cable", color=style.CABLE, bold=True)
     pen.line((at(low, 0)[0] + 12, top - 2), at(*(rim_edge + 0.6 * reach * way)), width=0.4)
     pen.text(x + 16, top, "ring", color=style.CABLE, bold=True)
-    pen.line((x + 22, top - 2), at(flat[1] + 0.1, flat[0] - 0.2), width=0.4)
+    pen.line((x + 22, top - 2), at(shape.seat + 0.1, flat - 0.2), width=0.4)
     pen.text(at(low, 0)[0] - 6, y - edge - 2, "cap", color=style.SERVO, bold=True)
     pen.line((at(low, 0)[0] + 2, y - edge + 6), at(0.7 * low, -sleeve + 0.3), width=0.4)
     pen.text(at(low - bare, 0)[0], y - 3, "rod", bold=True)

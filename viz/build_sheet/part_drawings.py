@@ -104,10 +104,10 @@ def _rods(pen: Pen, materials: Materials) -> None:
 
 def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -> None:
     solid = p.cap(design, materials.printer, footed=footed)
-    half = p.profile(design, materials.printer, footed=footed)
-    (sleeve, low), (rim, edge_low), (_, edge_high) = half[0], half[2], half[3]
-    (flat, seat), neck, top = half[4], half[8][1], half[-1][1]
-    bore, post = p.bore(materials.printer), half[6][1]
+    shape = p.cap_shape(design, materials.printer, footed=footed)
+    sleeve, rim, low, seat = shape.sleeve, shape.rim, shape.low, shape.seat
+    post, neck, top = shape.post, shape.neck, shape.top
+    bore, flat = p.bore(materials.printer), p.SEAT[1]
     scale = min(13.0, (pen.height - 50) / (top - low))
     view = View(pen, (150, 30 - scale * low), scale)
     view.shape(cut(solid))
@@ -117,13 +117,13 @@ def _cap(pen: Pen, design: CableDesign, materials: Materials, *, footed: bool) -
     x = scale * rim
     view.upright(low, top, -x - 62, f"{top - low:.1f}", (-sleeve, -p.HEAD[0]))
     view.upright(low, 0.0, -x - 42, f"{-low:.1f}", (-sleeve, -rim))
-    view.upright(edge_low, edge_high, -x - 16, f"{edge_high - edge_low:.1f}", (-rim, -rim))
+    view.upright(shape.edge - p.RIM, shape.edge, -x - 16, f"{p.RIM:.1f}", (-rim, -rim))
     notes: list[tuple[float, str, Point]] = [
         (scale * (top - 0.4), f"knob Ø {2 * p.HEAD[0]:.1f} × {p.HEAD[1]:.1f}", (p.HEAD[0], top - 0.4)),
         (scale * (neck - 0.6), f"neck Ø {2 * p.NECK:.1f} × {neck - post:.1f}", (p.NECK, neck - 0.6)),
         (0.0, f"post Ø {2 * p.POST:.1f} × {post - seat:.1f} for the rings", (p.POST, (seat + post) / 2)),
         (-scale * 1.0, f"flat to Ø {2 * flat:.1f}, {-seat:.2f} below the node", (flat - 0.2, seat)),
-        (-scale * 1.8, f"rim Ø {2 * rim:.1f}, slopes by {p.SLOPE:.0f}°", (rim, edge_high)),
+        (-scale * 1.8, f"rim Ø {2 * rim:.1f}, slopes by {p.SLOPE:.0f}°", (rim, shape.edge)),
         (-scale * 4.0, f"rod's end, {1e3 * CAP_TIP:.1f} below the node", (bore * 0.4, -1e3 * CAP_TIP)),
     ]
     view.notes(x + 14, notes)

@@ -7,7 +7,7 @@ from typing import Final
 
 from engine.body.morphology import Morphology
 from engine.fabrication.dimensions.cables import design_cables
-from engine.fabrication.dimensions.rubber import pull, shear_modulus
+from engine.fabrication.dimensions.rubber import fresh_shear_modulus, pull
 from engine.fabrication.materials import Materials
 
 GAUGE_LENGTH: Final = 0.060
@@ -51,7 +51,6 @@ def coupon(morphology: Morphology, materials: Materials) -> Coupon:
     section = design.section
     width = _SECTION_FACTOR * section.width
     area = width * section.thickness
-    stress = shear_modulus(materials.cable) / (1.0 - materials.cable.relaxation_after_a_day)
     return Coupon(
         gauge_length=GAUGE_LENGTH,
         width=width,
@@ -60,5 +59,5 @@ def coupon(morphology: Morphology, materials: Materials) -> Coupon:
         grip_length=0.020,
         grip_width=max(0.015, 1.3 * width),
         extension=GAUGE_LENGTH * design.strain_assembled,
-        expected_force=area * stress * pull(1.0 + design.strain_assembled),
+        expected_force=area * fresh_shear_modulus(materials.cable) * pull(1.0 + design.strain_assembled),
     )

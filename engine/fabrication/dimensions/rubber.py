@@ -21,10 +21,14 @@ def slope(stretch: float) -> float:
     return float(1.0 + 2.0 * stretch**-3)
 
 
+def fresh_shear_modulus(cable: CableMaterial) -> float:
+    """Return the shear modulus in Pa of a cable when it is pulled first, from its secant modulus."""
+    return cable.modulus * cable.modulus_strain / pull(1.0 + cable.modulus_strain)
+
+
 def shear_modulus(cable: CableMaterial) -> float:
-    """Return the shear modulus in Pa of a cable that is a day old, from its secant modulus."""
-    fresh = cable.modulus * cable.modulus_strain / pull(1.0 + cable.modulus_strain)
-    return fresh * (1.0 - cable.relaxation_after_a_day)
+    """Return the shear modulus in Pa of a cable that is a day old."""
+    return fresh_shear_modulus(cable) * (1.0 - cable.relaxation_after_a_day)
 
 
 def stretch_of(reach: float, length: float) -> float:

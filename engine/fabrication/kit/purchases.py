@@ -110,13 +110,13 @@ def purchases(morphology: Morphology, materials: Materials) -> list[Purchase]:
         grams = f"{math.ceil(1.5 * 1000 * soft)} g, half of it for misprints"
         found.append(Purchase(name, grams, "1.75 mm, spool of 0.5 kg", 1, 20.0, 40.0, once=True))
     for cut in sheet_cuts(morphology, materials):
-        x, y = (1000 * v + 20 for v in cut.size)
+        x, y = (1000 * v for v in cut.piece)
         found.append(
             Purchase(
                 f"{materials.cable.material}, {1000 * cut.thickness:g} mm",
-                f"{cut.nets + 1} pieces of {x:.0f} × {y:.0f} mm, one of them for spares and the coupon",
+                f"{cut.pieces} pieces of {x:.0f} × {y:.0f} mm, one of them for spares and the coupon",
                 "by the metre, about 1 m wide",
-                math.ceil((cut.nets + 1) / max(1, int(1000 // x) * int(1000 // y))),
+                math.ceil(cut.pieces / max(1, int(1000 // x) * int(1000 // y))),
                 12.0,
                 30.0,
             )

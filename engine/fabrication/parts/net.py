@@ -110,6 +110,10 @@ class Net:
     fits: bool
 
 
+SHEET_MARGIN: Final = 0.01
+"""Of a sheet around its net, in m."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class SheetCut:
     """What is cut from sheets of one thickness.
@@ -123,6 +127,17 @@ class SheetCut:
     thickness: float
     nets: int
     size: tuple[float, float]
+
+    @property
+    def pieces(self) -> int:
+        """How many pieces to buy: one for each net, and one for misses and the coupon."""
+        return self.nets + 1
+
+    @property
+    def piece(self) -> tuple[float, float]:
+        """Size (x, y) of such a piece, in m."""
+        x, y = self.size
+        return x + 2 * SHEET_MARGIN, y + 2 * SHEET_MARGIN
 
 
 def sheet_cuts(morphology: Morphology, materials: Materials) -> tuple[SheetCut, ...]:
@@ -140,6 +155,11 @@ def sheet_cuts(morphology: Morphology, materials: Materials) -> tuple[SheetCut, 
         )
         for thickness, nets in sorted(found.items())
     )
+
+
+def net_name(level: int) -> str:
+    """Return what the files of a net are called, without ending, for a stiffness level from 1 to 10."""
+    return f"net_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}"
 
 
 def module_net(design: CableDesign, printer: Printer) -> Net:

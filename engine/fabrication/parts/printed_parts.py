@@ -18,7 +18,7 @@ from engine.fabrication.parts import solids
 from engine.fabrication.parts.drum import drum_discs
 from engine.fabrication.parts.foot import foot, sled
 from engine.fabrication.parts.head_tag import tag_clip, tag_plate
-from engine.fabrication.parts.net import module_net
+from engine.fabrication.parts.net import module_net, net_name
 from engine.fabrication.parts.servo_parts import ballast_length, laid, mount_blank, servo_mount
 from engine.fabrication.parts.shapes import cap, coupon_solid, link, net_solid
 
@@ -96,7 +96,7 @@ def printed_parts(
             net = module_net(design, materials.printer)
             result.append(
                 _part(
-                    f"net_stiffness_{level / t.N_STIFFNESS_LEVELS:.1f}",
+                    net_name(level),
                     len(modules),
                     modules,
                     net_solid(net, design),

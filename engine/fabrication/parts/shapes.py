@@ -8,6 +8,7 @@ and comes off the same way.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Final
 
@@ -88,25 +89,68 @@ def _seat(design: CableDesign) -> float:
     return min(1e3 * design.section.thickness, SEAT[0])
 
 
-def profile(design: CableDesign, printer: Printer, *, footed: bool = False) -> list[tuple[float, float]]:
-    """Return half the outline of a cap cut along its rod, in mm: radius and height, from the sleeve's end."""
-    sleeve = bore(printer) + 1e3 * printer.min_wall
-    rim, low, flat, top = max(1e3 * RING_RADIUS, sleeve), -1e3 * CAP_SLEEVE, -_seat(design), post_top(design)
-    slopes = flat - (rim - SEAT[1]) * math.tan(math.radians(SLOPE))
-    neck = top + neck_height(footed=footed)
-    return [
-        (sleeve, low),
-        (sleeve, slopes - RIM - (rim - sleeve)),  # by 45 degrees: the rim is printed without support
-        (rim, slopes - RIM),
-        (rim, slopes),
-        (SEAT[1], flat),
-        (POST, flat),
-        (POST, top),
-        (NECK, top),
-        (NECK, neck),
-        (HEAD[0], neck),
-        (HEAD[0], neck + HEAD[1]),
-    ]
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class CapShape:
+    """The measures of a cap that depend on its net and its printer, in mm.
+
+    Attributes:
+        sleeve, rim: radii.
+        low: height of the sleeve's end over the node's plane, and so on upwards:
+        edge: of the upper side of the rim's edge.
+        seat: of what the rings lie on.
+        post, neck: of the upper ends of these.
+    """
+
+    sleeve: float
+    rim: float
+    low: float
+    edge: float
+    seat: float
+    post: float
+    neck: float
+
+    @property
+    def top(self) -> float:
+        """Height of the knob's upper side."""
+        return self.neck + HEAD[1]
+
+    @property
+    def half(self) -> list[tuple[float, float]]:
+        """Half the outline of the cap cut along its rod: radius and height, from the sleeve's end."""
+        return [
+            (self.sleeve, self.low),
+            # by 45 degrees: the rim is printed without support
+            (self.sleeve, self.edge - RIM - (self.rim - self.sleeve)),
+            (self.rim, self.edge - RIM),
+            (self.rim, self.edge),
+            (SEAT[1], self.seat),
+            (POST, self.seat),
+            (POST, self.post),
+            (NECK, self.post),
+            (NECK, self.neck),
+            (HEAD[0], self.neck),
+            (HEAD[0], self.top),
+        ]
+
+    @property
+    def outline(self) -> list[tuple[float, float]]:
+        """All of it, the rod to the right: height and distance from the axis."""
+        return [(z, r) for r, z in self.half] + [(z, -r) for r, z in self.half[::-1]]
+
+
+def cap_shape(design: CableDesign, printer: Printer, *, footed: bool = False) -> CapShape:
+    """Return the measures of a cap; arguments as for ``cap``."""
+    sleeve, seat, post = bore(printer) + 1e3 * printer.min_wall, -_seat(design), post_top(design)
+    rim = max(1e3 * RING_RADIUS, sleeve)
+    return CapShape(
+        sleeve=sleeve,
+        rim=rim,
+        low=-1e3 * CAP_SLEEVE,
+        edge=seat - (rim - SEAT[1]) * math.tan(math.radians(SLOPE)),
+        seat=seat,
+        post=post,
+        neck=post + neck_height(footed=footed),
+    )
 
 
 def bore(printer: Printer) -> float:
@@ -123,10 +167,10 @@ def cap(design: CableDesign, printer: Printer, *, footed: bool = False, line: bo
         footed: whether the robot has feet, which share the cap's neck with a link.
         line: whether it has the hole by which the line of an internal cable goes on inside the rod.
     """
-    half = profile(design, printer, footed=footed)
-    outline = np.array([(0.0, half[0][1]), *half, (0.0, half[-1][1])])
+    shape = cap_shape(design, printer, footed=footed)
+    outline = np.array([(0.0, shape.low), *shape.half, (0.0, shape.top)])
     body = CrossSection([outline]).revolve(solids.SEGMENTS)
-    body = body - solids.cylinder(bore(printer), half[0][1] - 1.0, -1e3 * CAP_TIP)
+    body = body - solids.cylinder(bore(printer), shape.low - 1.0, -1e3 * CAP_TIP)
     return body - solids.bar(*line_hole(), HOLE / 2) if line else body
 
 

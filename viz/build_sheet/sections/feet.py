@@ -18,7 +18,7 @@ from engine.fabrication.mass_balance import mass_balance
 from engine.fabrication.materials import Materials
 from engine.fabrication.parts.foot import RADIUS, ball_outline
 from engine.fabrication.parts.servo_parts import ROD_DIAMETER
-from engine.fabrication.parts.shapes import FOOT_LIP, HEAD, NECK, POST_TOP, neck_height, profile
+from engine.fabrication.parts.shapes import FOOT_LIP, HEAD, NECK, POST_TOP, cap_shape, neck_height
 from viz.build_sheet import blocks, bodies, style
 from viz.build_sheet.facts import Facts
 from viz.build_sheet.pen import Pen, Picture
@@ -174,10 +174,10 @@ def _draw_foot(pen: Pen, materials: Materials) -> None:
         a, b = at(low, -half), at(high, half)
         pen.box(*a, b[0] - a[0], b[1] - a[1], fill=fill, line=0.5)
 
-    half = profile(cable_design(1, materials), materials.printer, footed=True)
+    cap = cap_shape(cable_design(1, materials), materials.printer, footed=True)
     neck = POST_TOP + neck_height(footed=True)
-    bar(-20.0, half[0][1], ROD_DIAMETER / 2, style.ROD)
-    pen.path([at(z, r) for r, z in half] + [at(z, -r) for r, z in half[::-1]], fill=style.BAND, close=True)
+    bar(-20.0, cap.low, ROD_DIAMETER / 2, style.ROD)
+    pen.path([at(*point) for point in cap.outline], fill=style.BAND, close=True)
     middle = neck + HEAD[1] / 2
     turn = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]])
     outline = ball_outline()

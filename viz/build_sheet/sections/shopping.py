@@ -114,11 +114,11 @@ def _orders(facts: Facts, materials: Materials) -> list[list[str]]:
             rows.append([style.escaped(name), f"{math.ceil(grams)} g", "with a quarter more for misprints"])
     for cut in sheet_cuts(facts.morphology, materials):
         name = f"{style.escaped(materials.cable.material)}, {1000 * cut.thickness:g} mm"
-        x, y = (1000 * v + 20 for v in cut.size)
+        x, y = (1000 * v for v in cut.piece)
         rows.append(
             [
                 name,
-                f"{cut.nets + 1} × {x:.0f} × {y:.0f} mm",
+                f"{cut.pieces} × {x:.0f} × {y:.0f} mm",
                 "nets, and one more for misses and the coupon",
             ]
         )

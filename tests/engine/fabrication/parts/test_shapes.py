@@ -74,7 +74,7 @@ def test_cables_leave_a_cap_over_its_rim_and_touch_nothing_else(level):
 
 def test_a_caps_rim_prints_without_support():
     for design, footed in itertools.product(DESIGNS, (False, True)):
-        half = shapes.profile(design, MATERIALS.printer, footed=footed)
+        half = shapes.cap_shape(design, MATERIALS.printer, footed=footed).half
         knob = half[-2]
         for (r, z), (r1, z1) in itertools.pairwise(half):
             if r1 > r and (r1, z1) != knob:  # the knob hangs over by 0.4 mm
