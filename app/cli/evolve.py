@@ -62,9 +62,9 @@ class Evolve:
             ClusterError: the workers cannot be started or reached.
         """
         # a user's task is found again only if its file is named
-        file = get_task(self.config.task).file
-        prefix = f"{TASKS_VARIABLE}={shlex.quote(file)} " if file else ""
-        given = read_robots(self.given)
+        task = get_task(self.config.task)
+        prefix = f"{TASKS_VARIABLE}={shlex.quote(task.file)} " if task.file else ""
+        given = read_robots(self.given, task)
         _compute(self.path, self._config(), self.computing, console, prefix=prefix, given=given)
 
     def _config(self) -> RunConfig:

@@ -17,6 +17,7 @@ from engine.search.archive import parse_cell
 from engine.search.variation import GivenRobot
 from engine.storage.reader import RunReader
 from engine.storage.schema import SUFFIX
+from engine.tasks import Task, get_task
 
 MAX_GENOTYPE: Final = 10_000_000
 """Bytes of the largest genotype file that is read."""
@@ -26,13 +27,16 @@ _NAME: Final = 60
 """Characters of a file's name that are kept with a robot."""
 
 
-def read_robots(sources: Iterable[str]) -> list[GivenRobot]:
+def read_robots(sources: Iterable[str], task: Task) -> list[GivenRobot]:
     """Return the robots of some sources, in their order, each genotype once.
+
+    The robots of a run with another task, which senses more or less, keep the inputs whose names both have.
 
     Args:
         sources: each a run file, whose last elites are meant, or those of some cells of its first map:
             ``run.tsmr:3,4:5,7``, or any robots by their numbers: ``run.tsmr#63,7``; a ``genotype.json`` as
             ``export`` writes it; or a table with the columns of ``evaluation_table``, as CSV or Parquet.
+        task: what they are to do.
 
     Raises:
         InvalidData: a file cannot be read or holds no genotype; the message names it.
@@ -40,17 +44,17 @@ def read_robots(sources: Iterable[str]) -> list[GivenRobot]:
     """
     found: dict[tuple[Morphology, Controller], GivenRobot] = {}
     for source in sources:
-        for robot in _robots(source):
+        for robot in _robots(source, task):
             found.setdefault((robot.morphology, robot.controller), robot)
     return list(found.values())
 
 
-def _robots(source: str) -> list[GivenRobot]:
+def _robots(source: str, task: Task) -> list[GivenRobot]:
     chosen = _CHOSEN.fullmatch(source)
     path = Path(source if chosen is None else chosen[1])
     match path.suffix.lower():
         case ".tsmr":
-            return _of_run(path, "" if chosen is None else chosen[2])
+            return _of_run(path, "" if chosen is None else chosen[2], task)
         case ".json":
             return [_of_file(path)]
         case ".csv" | ".parquet":
@@ -62,15 +66,24 @@ def _robots(source: str) -> list[GivenRobot]:
     )
 
 
-def _of_run(path: Path, which: str) -> list[GivenRobot]:
+def _of_run(path: Path, which: str, task: Task) -> list[GivenRobot]:
     """Return the last elites of a run, or those of cells, ``:3,4:5,7``, or robots by number, ``#63,7``."""
     with RunReader(path) as reader:
         numbers = _numbers(which) if which.startswith("#") else _elites(reader, which)
         known = reader.evaluations(set(numbers))
+        told_in = reader.config.task
+    solutions = [known[n].solution for n in numbers]
     return [
-        GivenRobot(s.morphology, s.controller, f"{_name(path)} robot {s.number}")
-        for s in (known[n].solution for n in numbers)
+        GivenRobot(s.morphology, _told(s.controller, told_in, task), f"{_name(path)} robot {s.number}")
+        for s in solutions
     ]
+
+
+def _told(controller: Controller, told_in: str, task: Task) -> Controller:
+    """Return a controller of a run, by its task's name, for a task that may sense other things."""
+    if told_in == task.name or controller.n_inputs == task.n_inputs:
+        return controller
+    return controller.sensing(get_task(told_in).inputs, task.inputs)
 
 
 def _elites(reader: RunReader, cells: str) -> list[int]:

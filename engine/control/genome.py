@@ -7,7 +7,7 @@ import dataclasses
 import math
 import random
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from random import Random
 from typing import Any, Final, Literal, Self
 
@@ -201,6 +201,24 @@ class Controller:
                 [c.source, c.target, c.weight, c.enabled, c.innovation] for c in self.connections
             ],
         }
+
+    def sensing(self, told: Sequence[str], tells: Sequence[str]) -> Self:
+        """Return this controller for a task that senses other things: inputs keep their names.
+
+        Links from inputs that the other task does not have are left out; its further inputs lead nowhere
+        until a mutation links them.
+
+        Args:
+            told: the names of this controller's inputs.
+            tells: the names of the other task's.
+        """
+        key_of = {-1 - i: -1 - tells.index(name) for i, name in enumerate(told) if name in tells}
+        links = tuple(
+            dataclasses.replace(link, source=key_of.get(link.source, link.source))
+            for link in self.connections
+            if link.source >= 0 or link.source in key_of
+        )
+        return dataclasses.replace(self, n_inputs=len(tells), connections=links)
 
     @classmethod
     def from_json(cls, data: Any) -> Self:

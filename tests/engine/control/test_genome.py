@@ -5,6 +5,7 @@ import math
 import random
 
 import neat
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,6 +22,7 @@ from engine.control.genome import (
     logistic,
     to_genome,
 )
+from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from tests.support.made_up import controllers, evolved_controller, examples
 
@@ -83,6 +85,33 @@ def test_a_hand_made_controller_is_read():
     assert (c.connections[1].source, c.connections[1].target) == (20, 0)
     assert c.connections[1].weight == -1.5
     assert c.connections[1].enabled is False
+
+
+def test_inputs_keep_their_names_in_another_task():
+    links = [[-1, 20, 2.0, True, 1], [-2, 0, 3.0, True, 2], [20, 0, -1.5, False, 3]]
+    c = Controller.from_json(data(connections=links))
+    read = [
+        (link.source, link.weight)
+        for link in c.sensing(("far", "angle"), ("angle", "wall", "far")).connections
+    ]
+    assert read == [(-3, 2.0), (-1, 3.0), (20, -1.5)]
+    # what the other task does not have is left out
+    blind = c.sensing(("far", "angle"), ("wall", "angle"))
+    assert [(link.source, link.weight) for link in blind.connections] == [(-2, 3.0), (20, -1.5)]
+    assert (blind.n_inputs, blind.nodes) == (2, c.nodes)
+
+
+@examples(40)
+@given(controllers(), st.tuples(*[st.floats(-3, 3)] * 5))
+def test_further_inputs_change_nothing_and_the_way_back_is_lossless(controller, sensed):
+    told, tells = ("far", "angle"), ("wall", "far", "gate", "angle", "push")
+    wide = controller.sensing(told, tells)
+    assert wide.sensing(tells, told) == controller
+    outputs = [
+        NetworkBatch([c]).activate(np.array([[numbers]]))
+        for c, numbers in ((wide, sensed), (controller, [sensed[1], sensed[3]]))
+    ]
+    np.testing.assert_array_equal(*outputs)
 
 
 NAN, INF = float("nan"), float("inf")

@@ -17,6 +17,7 @@ from engine.storage.check import check_run
 from engine.storage.migration import slim
 from engine.storage.reader import RunReader
 from engine.storage.recovery import recover
+from engine.tasks import get_task
 from tests.support.made_up import MADE_UP, MadeUpEvaluator, evolved_controller
 from tests.support.run_formats import change
 from tests.support.run_hash import hash_of
@@ -152,6 +153,10 @@ def test_damaged_robots_are_one_line(tmp_path):
 # ---- where robots are read from
 
 
+def read(sources, task="goal-reaching"):
+    return read_robots(sources, get_task(task))
+
+
 @pytest.fixture
 def other(tmp_path):
     return evolve(tmp_path / "other.tsmr", given=[])
@@ -161,20 +166,31 @@ def test_elites_of_another_run(other):
     with RunReader(other) as reader:
         placed = reader.placements("morphology", reader.last_generation())
         elites = [reader.evaluation(n).solution for n in sorted(set(placed.values()))]
-    found = read_robots([str(other)])
+    found = read([str(other)])
     assert [(r.morphology, r.controller) for r in found] == [(s.morphology, s.controller) for s in elites]
     assert [r.origin for r in found] == [f"other.tsmr robot {s.number}" for s in elites]
     cells = list(placed)[3], list(placed)[1]
-    chosen = read_robots([f"{other}:{','.join(map(str, cells[0]))}:{','.join(map(str, cells[1]))}"])
+    chosen = read([f"{other}:{','.join(map(str, cells[0]))}:{','.join(map(str, cells[1]))}"])
     assert [r.origin for r in chosen] == [f"other.tsmr robot {placed[c]}" for c in cells]
     # each once, in their order
-    assert read_robots([str(other), str(other)]) == found
+    assert read([str(other), str(other)]) == found
+
+
+def test_robots_of_another_task_keep_the_inputs_that_both_have(other):
+    found, as_they_were = read([str(other)], "squeezing"), read([str(other)])
+    names = get_task("goal-reaching").inputs, get_task("squeezing").inputs
+    assert [r.controller for r in found] == [r.controller.sensing(*names) for r in as_they_were]
+    assert [r.origin for r in found] == [r.origin for r in as_they_were]
+    algorithm = create_algorithm(replaced(SMALL, task="squeezing"), found[:4])
+    assert [(s.morphology, s.controller) for s in algorithm.ask()[:4]] == [
+        (r.morphology, r.controller) for r in found[:4]
+    ]
 
 
 def test_robots_of_another_run_by_their_numbers(other):
     with RunReader(other) as reader:
         robots = {n: reader.evaluation(n).solution for n in (43, 2, 17)}
-    found = read_robots([f"{other}#43,2", f"{other}#17"])
+    found = read([f"{other}#43,2", f"{other}#17"])
     assert [(r.morphology, r.controller) for r in found] == [
         (s.morphology, s.controller) for s in robots.values()
     ]
@@ -186,17 +202,17 @@ def test_rows_of_a_table(other, tmp_path, name):
     with RunReader(other) as reader:
         write_table(evaluation_table(reader), tmp_path / name)
         write_table(elite_table(reader, "morphology"), tmp_path / f"elites-{name}")
-    found = read_robots([str(tmp_path / name)])
+    found = read([str(tmp_path / name)])
     assert len({r.origin for r in found}) == len(found) <= 44
     assert found[0].origin == f"{name} row 1"
-    elites = read_robots([str(tmp_path / f"elites-{name}")])
-    assert {r.controller for r in elites} == {r.controller for r in read_robots([str(other)])}
+    elites = read([str(tmp_path / f"elites-{name}")])
+    assert {r.controller for r in elites} == {r.controller for r in read([str(other)])}
 
 
 def test_genotype_files(tmp_path):
     path = tmp_path / "genotype.json"
     path.write_text(json.dumps({**ROBOTS[0].to_json(), "f_s_cm": 3.0}))
-    assert read_robots([str(path)]) == [dataclasses.replace(ROBOTS[0], origin="genotype.json")]
+    assert read([str(path)]) == [dataclasses.replace(ROBOTS[0], origin="genotype.json")]
 
 
 def test_what_holds_no_robots_is_named(other, tmp_path):
@@ -228,5 +244,5 @@ def test_what_holds_no_robots_is_named(other, tmp_path):
         ("other", r"robots to start from are in a run file"),
     ):
         with pytest.raises((InvalidData, RunFileError), match=said) as e:
-            read_robots([str(tmp_path / source)])
+            read([str(tmp_path / source)])
         assert "\n" not in str(e.value)
