@@ -18,6 +18,7 @@ from engine.search.baselines import MorphologyMapElites, RandomSearch
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
+from engine.search.specialists import sides_of
 from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics, physics_to_json
@@ -172,8 +173,9 @@ def _check_given(config: RunConfig, robot: GivenRobot) -> None:
 
 
 def _create_algorithm(config: RunConfig) -> Algorithm:
+    task = get_task(config.task)
     common: dict[str, Any] = {
-        "n_inputs": get_task(config.task).n_inputs,
+        "n_inputs": task.n_inputs,
         "stiffness": config.stiffness,
         "rhythms": config.head_search == "rhythms",
         "feet": config.body.feet_genes,
@@ -184,7 +186,9 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
     }
     if config.algorithm == "vie-neat":
         return VieNeat(config.vie_neat, **common)
-    return _MAP_SEARCHES[config.algorithm](config.map_search, overlap=config.overlap, **common)
+    return _MAP_SEARCHES[config.algorithm](
+        config.map_search, overlap=config.overlap, sides=sides_of(task.inputs, task.target_bearings), **common
+    )
 
 
 PRESETS: Final[dict[str, RunConfig]] = {
@@ -247,6 +251,9 @@ def to_json(config: RunConfig) -> dict[str, Any]:
         del found["variation"]["exchange_weight"]
         if config.variation.donors == PUBLISHED.donors:
             del found["variation"]["donors"]
+    if not config.variation.switch_weight:
+        # and those from before specialists were joined
+        del found["variation"]["switch_weight"]
     # runs from before there were feet keep theirs
     for table, default in ((found["physics"], Physics()), (found["variation"]["body"], PUBLISHED.body)):
         for name in ("feet_forward", "feet_backward", "feet_rate"):
@@ -307,7 +314,7 @@ _BEFORE: Final[dict[type, dict[str, Any]]] = {
     Physics: {"simulator": "mujoco", "rod_inertia": 1.0},
     RunConfig: {"sensors": "centimetres", "variation": dataclasses.asdict(PUBLISHED)},
     TrialConfig: {"trajectory_bits": 0},
-    VariationConfig: {"exchange_weight": 0},
+    VariationConfig: {"exchange_weight": 0, "switch_weight": 0},
 }
 """Values for fields that a file is too old to have, where they are not today's defaults."""
 

@@ -313,6 +313,15 @@ class Neat:
             child.configure_crossover(*parents, self.config)
         return from_genome(child, self.config.num_inputs)
 
+    def next_node(self) -> int:
+        """Return the number of a new hidden neuron."""
+        return next(self._count_nodes())
+
+    def next_innovation(self) -> int:
+        """Return the number of a new link."""
+        self.config.innovation_tracker.global_counter += 1
+        return int(self.config.innovation_tracker.global_counter)
+
     def new_generation(self) -> None:
         """Forget which innovations arose together: equal ones share a number within a generation."""
         self.config.innovation_tracker.reset_generation()

@@ -16,10 +16,19 @@ from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
-from engine.search.descriptors import CONTROLLER_SHAPE
+from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
 from engine.search.elite_records import Curiosity, Samples
+from engine.search.specialists import Sides, SpecialistMemory
 from engine.search.trajectory_archive import TrajectoryArchive
-from engine.search.variation import AGAIN, PUBLISHED, Fill, GivenRobot, Variation, VariationConfig
+from engine.search.variation import (
+    AGAIN,
+    PUBLISHED,
+    Fill,
+    GivenRobot,
+    Specialists,
+    Variation,
+    VariationConfig,
+)
 from engine.simulation.evaluation import Evaluation, Solution
 
 MAX_OVERLAP: Final = 200
@@ -119,6 +128,8 @@ class _Mates:
     archive: GridArchive
     samples: Samples
     rng: random.Random
+    remembered: SpecialistMemory | None
+    feet_axis: bool
 
     def pair(self) -> tuple[Controller, Controller]:
         """Return the controllers of the parent and of another individual, the fitter's first."""
@@ -128,6 +139,13 @@ class _Mates:
     def donor(self, n: int) -> Controller:
         """Return the controller of the fittest of n individuals."""
         return min(self._draw(n), key=self.archive.judge).solution.controller
+
+    def specialists(self) -> Specialists | None:
+        """Return the specialists of a body that shares the parent's cell of the morphology map."""
+        if self.remembered is None:
+            return None
+        cell = morphology_cell(self.parent.solution.morphology, feet=self.feet_axis)
+        return self.remembered.draw(cell, self.rng)
 
     def _draw(self, n: int) -> list[Evaluation]:
         return [self.samples.first(e) for e in self.archive.sample(n, self.rng)]
@@ -151,9 +169,11 @@ class MapSearch(Algorithm):
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
         variation: how new solutions come about.
+        sides: how the task tells left from right; None if it does not.
 
     Raises:
-        InvalidData: the numbers contradict each other.
+        InvalidData: the numbers contradict each other, or specialists are to be joined for a task without
+            sides.
     """
 
     _trajectories: TrajectoryArchive
@@ -171,6 +191,7 @@ class MapSearch(Algorithm):
         feet_axis: bool = False,
         overlap: int = 0,
         variation: VariationConfig = PUBLISHED,
+        sides: Sides | None = None,
     ) -> None:
         config.check_schedule(budget)
         check_overlap(overlap)
@@ -178,6 +199,12 @@ class MapSearch(Algorithm):
         self._stiffness: StiffnessMode = stiffness
         self._feet_axis = feet_axis
         self._budget = budget
+        joins = variation.switch_weight > 0
+        if joins and sides is None:
+            raise InvalidData(
+                'switch_weight needs a task whose robots sense the "bearing" of targets at both sides'
+            )
+        self._specialists = SpecialistMemory(sides) if joins and sides is not None else None
         self._variation = Variation(
             n_inputs=n_inputs,
             stiffness=stiffness,
@@ -185,6 +212,7 @@ class MapSearch(Algorithm):
             feet=feet,
             seed=seed,
             config=variation,
+            bearing=None if sides is None else sides.bearing,
         )
         self._generation = 0
         self._overlap = overlap
@@ -248,7 +276,11 @@ class MapSearch(Algorithm):
             raise ValueError("tell takes the evaluations of exactly the solutions asked for")
         told = self._asked.popleft()
         self._take_samples([e for e in ordered if e.solution.operator == AGAIN])
-        self._offer([e for e in ordered if e.fitness is not None and e.solution.operator != AGAIN])
+        whole = [e for e in ordered if e.fitness is not None and e.solution.operator != AGAIN]
+        self._offer(whole)
+        if self._specialists is not None:
+            for e in whole:
+                self._specialists.tell(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
         held = set(map(self._samples.number, self._elites()))
         self._samples.forget(held)
         if self._curiosity is not None:
@@ -268,6 +300,8 @@ class MapSearch(Algorithm):
             state["curiosity"] = self._curiosity.state()
         if self._config.reevaluations:
             state["samples"] = self._samples.state()
+        if self._specialists is not None:
+            state["specialists"] = self._specialists.state()
         return state
 
     def restore(
@@ -286,6 +320,8 @@ class MapSearch(Algorithm):
             self._curiosity.restore(state["curiosity"])
         if self._config.reevaluations:
             self._samples.restore(state["samples"], recall)
+        if self._specialists is not None:
+            self._specialists.restore(state["specialists"], recall)
         self._asked = deque([Solution.from_json(data) for data in asked] for asked in state.get("asked", ()))
 
     def _sample(self, archive: str, n: int) -> list[Solution]:
@@ -296,7 +332,9 @@ class MapSearch(Algorithm):
         else:
             parents = self._curiosity.draw(list(map(self._samples.first, held.elites())), n, rng)
         firsts = map(self._samples.first, parents)
-        mates = (_Mates(parent, held, self._samples, rng) for parent in firsts)
+        mates = (
+            _Mates(parent, held, self._samples, rng, self._specialists, self._feet_axis) for parent in firsts
+        )
         return [self._variation.mutate(of.parent.solution, archive, of) for of in mates]
 
     def _elites(self) -> list[Evaluation]:

@@ -17,11 +17,12 @@ from engine.body.morphology import (
 )
 from engine.control import genome
 from engine.control.genome import Controller, Neat, NeatRates
+from engine.control.switch import switched
 from engine.errors import InvalidData
 from engine.simulation.evaluation import Solution
 
-OPERATORS: Final = ("morphology", "controller", "both", "exchange")
-"""What makes a child of an elite: mutations, or another elite's controller."""
+OPERATORS: Final = ("morphology", "controller", "both", "exchange", "switch")
+"""What makes a child of an elite: mutations, another elite's controller, or two joined to one."""
 AGAIN: Final = "again"
 """The operator of an elite that is evaluated under other noise; its parent is its first evaluation."""
 GIVEN: Final = "given"
@@ -54,6 +55,8 @@ class VariationConfig:
     """How often the body is tried with the controller of another elite, relative to the other weights."""
     donors: int = 8
     """Elites drawn for such an exchange: the fittest gives its controller."""
+    switch_weight: int = 0
+    """How often two controllers of a body, one good at either side, become one, relative to the others."""
     crossover: float = 0.0
     """Probability that a controller is crossed with that of another elite before it is mutated."""
 
@@ -130,6 +133,21 @@ def restore_rng(rng: random.Random, state: Any) -> None:
     rng.setstate((version, tuple(internal), gauss))
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Specialists:
+    """Two solutions with the same body.
+
+    Attributes:
+        left: comes nearest to the targets at its left.
+        right: comes nearest to those at its right.
+        again: whether they have been joined before.
+    """
+
+    left: Solution
+    right: Solution
+    again: bool
+
+
 class Mates(Protocol):
     """The other elites that a child may have something of."""
 
@@ -139,6 +157,10 @@ class Mates(Protocol):
 
     def donor(self, n: int) -> Controller:
         """Draw n; return the controller of the fittest."""
+        ...
+
+    def specialists(self) -> Specialists | None:
+        """Return two solutions with one body, of the parent's size and stiffness, or None."""
         ...
 
 
@@ -156,6 +178,9 @@ class _Given:
     def donor(self, n: int) -> Controller:  # noqa: ARG002
         return self.rng.choice(self.others).controller
 
+    def specialists(self) -> None:
+        return None
+
 
 class Variation:
     """Draws solutions and numbers them.
@@ -167,6 +192,7 @@ class Variation:
         seed: of all draws.
         config: rates and weights.
         feet: those that a body may have.
+        bearing: which input is the target's bearing; None if specialists are never joined.
     """
 
     def __init__(
@@ -178,6 +204,7 @@ class Variation:
         seed: int,
         config: VariationConfig,
         feet: Sequence[Feet] = ("none",),
+        bearing: int | None = None,
     ) -> None:
         self.rng = random.Random(seed)
         """The one generator of an algorithm: whatever else it draws comes from here too."""
@@ -187,6 +214,7 @@ class Variation:
         self._config = config
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
+        self._bearing = bearing
         self._n_drawn = 0
         self._given: tuple[GivenRobot, ...] = ()
         self._mutants_first = False
@@ -250,6 +278,10 @@ class Variation:
             mates: the elites of that archive.
         """
         operator = self.rng.choice(self._operators)
+        if operator == "switch":
+            if child := self._switch(source, mates):
+                return child
+            operator = "controller"  # of two networks that are good at one side each there are none
         morphology, controller = parent.morphology, parent.controller
         if operator == "exchange":
             controller = mates.donor(self._config.donors)
@@ -269,6 +301,34 @@ class Variation:
             controller=controller,
             parent=parent.number,
             operator=operator,
+            source=source,
+        )
+
+    def _switch(self, source: str | None, mates: Mates) -> Solution | None:
+        """Return a body with two of its controllers as one, or None if there are none to join.
+
+        Its parent is the one that is better at its left. What has been joined before is mutated, too.
+        """
+        pair = None if self._bearing is None else mates.specialists()
+        if pair is None or self._bearing is None:
+            return None
+        controller = switched(
+            pair.left.controller,
+            pair.right.controller,
+            bearing=self._bearing,
+            new_node=self._neat.next_node,
+            new_innovation=self._neat.next_innovation,
+        )
+        if controller is None:
+            return None
+        if pair.again:
+            controller = self._neat.mutate(controller, self.rng)
+        return Solution(
+            number=self._next_number(),
+            morphology=pair.left.morphology,
+            controller=controller,
+            parent=pair.left.number,
+            operator="switch",
             source=source,
         )
 

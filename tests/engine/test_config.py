@@ -66,6 +66,7 @@ configs = st.builds(
         ),
         both_weight=st.integers(0, 100),
         exchange_weight=st.integers(0, 100),
+        switch_weight=st.integers(0, 100),
         donors=st.integers(1, 1000),
         crossover=st.floats(0.0, 1.0),
     ),

@@ -120,7 +120,8 @@ def test_every_field_of_the_configuration_is_a_flag(tensatlas: Command) -> None:
         "": "algorithm batch-size bonus cell-capacity controller-cells controller-share evaluations fill"
         " head-search initial"
         " overlap parents preset reevaluations refit-generations seed sensors sensory stiffness task",
-        "variation.": "morphology-weight controller-weight both-weight exchange-weight donors crossover",
+        "variation.": "morphology-weight controller-weight both-weight exchange-weight switch-weight"
+        " donors crossover",
         "body.": "feet feet-toward feet-axis",
         "variation.body.": "body-rate face-rate feet-rate module-rate",
         "variation.neat.": "bias-power bias-rate bias-replace hidden link-add link-remove link-toggle"

@@ -24,7 +24,7 @@ CHANGES = {
     "samples": {
         "reevaluations": 3,
         "parents": "curiosity",
-        "variation": VariationConfig(crossover=0.5, both_weight=2, exchange_weight=2),
+        "variation": VariationConfig(crossover=0.5, both_weight=2, exchange_weight=2, switch_weight=2),
     },
     "deep grid": {"cell_capacity": 2},
     "DM-ME, per module": {"stiffness": "per-module"},

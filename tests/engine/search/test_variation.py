@@ -92,7 +92,8 @@ def test_algorithms_use_it(make):
         ({"both_weight": 101}, "both_weight must be from 0 to 100, not 101"),
         (
             {"morphology_weight": 0, "controller_weight": 0, "both_weight": 0},
-            "one of morphology_weight, controller_weight, both_weight, exchange_weight must be above 0",
+            "one of morphology_weight, controller_weight, both_weight, exchange_weight, switch_weight must be"
+            " above 0",
         ),
         ({"exchange_weight": -1}, "exchange_weight must be from 0 to 100, not -1"),
         ({"donors": 0}, "donors must be from 1 to 1000, not 0"),
