@@ -18,12 +18,12 @@ from engine.search.baselines import MorphologyMapElites, RandomSearch
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
-from engine.search.specialists import sides_of
 from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
 from engine.simulation.physics import Physics, physics_to_json
 from engine.simulation.trials import TrialConfig
 from engine.tasks import Bonus, Sensors, Task, get_task
+from engine.tasks.sides import sides_of
 
 INLINE: Final = "inline"
 """Marks a table of the configuration whose fields stand among those of the run, in files and as flags."""
@@ -187,7 +187,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
     if config.algorithm == "vie-neat":
         return VieNeat(config.vie_neat, **common)
     return _MAP_SEARCHES[config.algorithm](
-        config.map_search, overlap=config.overlap, sides=sides_of(task.inputs, task.target_bearings), **common
+        config.map_search, overlap=config.overlap, sides=sides_of(task_of(config)), **common
     )
 
 

@@ -5,4 +5,6 @@ Read in this order:
 - ``genome``: the NEAT genome of a controller, drawn and mutated by NEAT-Python's operators.
 - ``neat_092``: operators of the older NEAT-Python that the paper used.
 - ``network``: many genomes as networks, evaluated at once on arrays.
+- ``simplify``: a network without the neurons that never change.
+- ``switch``: two controllers in one, by the side that the target is at.
 """

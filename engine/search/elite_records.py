@@ -1,17 +1,20 @@
-"""What a search remembers of its elites besides their fitness."""
+"""What a search remembers besides the fitness of its elites."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import random
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
+from engine.body.morphology import Morphology
 from engine.search.algorithm import Recall
-from engine.search.archive import fitness_of
-from engine.search.variation import AGAIN
+from engine.search.archive import Cell, cell_name, fitness_of, parse_cell
+from engine.search.variation import AGAIN, Specialists
 from engine.simulation.evaluation import Evaluation, Solution
+from engine.tasks.sides import Sides
 
 FIRST_SCORE: Final = 1.0
 LEAST_SCORE: Final = 0.1
@@ -133,3 +136,79 @@ class Samples:
         """Go back to what ``state`` returned."""
         known = recall({number for numbers in state for number in numbers})
         self._known = {numbers[0]: [known[number] for number in numbers] for numbers in state}
+
+
+BODIES: Final = 8
+"""Bodies that are remembered for each cell of the morphology map: those whose specialists promise most."""
+
+
+@dataclasses.dataclass(slots=True)
+class _Pair:
+    """The specialists of a body, and whether they have been joined."""
+
+    left: Evaluation
+    right: Evaluation
+    joined: bool = False
+
+
+class SpecialistMemory:
+    """Remembers specialists by the cells of the morphology map.
+
+    Args:
+        sides: how the task tells left from right.
+    """
+
+    def __init__(self, sides: Sides) -> None:
+        self.sides = sides
+        self._pairs: dict[Cell, dict[Morphology, _Pair]] = {}
+
+    def tell(self, cell: Cell, e: Evaluation) -> None:
+        """Take in an evaluation that did not fail, of a body of a cell."""
+        bodies = self._pairs.setdefault(cell, {})
+        pair = bodies.setdefault(e.solution.morphology, _Pair(e, e))
+        left, right = self.sides.remaining(e.distances)
+        if left < self.sides.remaining(pair.left.distances)[0]:
+            pair.left, pair.joined = e, False
+        if right < self.sides.remaining(pair.right.distances)[1]:
+            pair.right, pair.joined = e, False
+        if len(bodies) > BODIES:
+            del bodies[max(bodies, key=lambda body: self._promise(bodies[body]))]
+
+    def draw(self, cell: Cell, rng: random.Random) -> Specialists | None:
+        """Return the specialists of a body of a cell, or None if no body has two.
+
+        First those that have not been joined, the most promising first; then any.
+        """
+        pairs = [p for p in self._pairs.get(cell, {}).values() if p.left is not p.right]
+        if not pairs:
+            return None
+        new = [p for p in pairs if not p.joined]
+        pair = min(new, key=self._promise) if new else rng.choice(pairs)
+        again, pair.joined = pair.joined, True
+        return Specialists(pair.left.solution, pair.right.solution, again)
+
+    def state(self) -> dict[str, list[list[int]]]:
+        """Return what ``restore`` needs, JSON-ready: by cell every pair's numbers, and if it was joined."""
+        return {
+            cell_name(cell): [
+                [p.left.solution.number, p.right.solution.number, int(p.joined)] for p in bodies.values()
+            ]
+            for cell, bodies in self._pairs.items()
+        }
+
+    def restore(self, state: Mapping[str, Any], recall: Recall) -> None:
+        """Go back to what ``state`` returned."""
+        known = recall(
+            {int(n) for pairs in state.values() for left, right, _ in pairs for n in (left, right)}
+        )
+        self._pairs = {
+            parse_cell(cell): {
+                known[left].solution.morphology: _Pair(known[left], known[right], bool(joined))
+                for left, right, joined in pairs
+            }
+            for cell, pairs in state.items()
+        }
+
+    def _promise(self, pair: _Pair) -> float:
+        """Return the distance in m that would remain in the mean if both specialists kept their word."""
+        return self.sides.remaining(pair.left.distances)[0] + self.sides.remaining(pair.right.distances)[1]

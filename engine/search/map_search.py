@@ -17,8 +17,7 @@ from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
 from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
-from engine.search.elite_records import Curiosity, Samples
-from engine.search.specialists import Sides, SpecialistMemory
+from engine.search.elite_records import Curiosity, Samples, SpecialistMemory
 from engine.search.trajectory_archive import TrajectoryArchive
 from engine.search.variation import (
     AGAIN,
@@ -30,6 +29,7 @@ from engine.search.variation import (
     VariationConfig,
 )
 from engine.simulation.evaluation import Evaluation, Solution
+from engine.tasks.sides import Sides
 
 MAX_OVERLAP: Final = 200
 MAX_CELL_CAPACITY: Final = 1000
@@ -212,7 +212,7 @@ class MapSearch(Algorithm):
             feet=feet,
             seed=seed,
             config=variation,
-            bearing=None if sides is None else sides.bearing,
+            sides=sides,
         )
         self._generation = 0
         self._overlap = overlap

@@ -20,6 +20,7 @@ from engine.control.genome import Controller, Neat, NeatRates
 from engine.control.switch import switched
 from engine.errors import InvalidData
 from engine.simulation.evaluation import Solution
+from engine.tasks.sides import Sides
 
 OPERATORS: Final = ("morphology", "controller", "both", "exchange", "switch")
 """What makes a child of an elite: mutations, another elite's controller, or two joined to one."""
@@ -192,7 +193,7 @@ class Variation:
         seed: of all draws.
         config: rates and weights.
         feet: those that a body may have.
-        bearing: which input is the target's bearing; None if specialists are never joined.
+        sides: how the task tells left from right; None if it does not.
     """
 
     def __init__(
@@ -204,7 +205,7 @@ class Variation:
         seed: int,
         config: VariationConfig,
         feet: Sequence[Feet] = ("none",),
-        bearing: int | None = None,
+        sides: Sides | None = None,
     ) -> None:
         self.rng = random.Random(seed)
         """The one generator of an algorithm: whatever else it draws comes from here too."""
@@ -214,7 +215,7 @@ class Variation:
         self._config = config
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
-        self._bearing = bearing
+        self._sides = sides
         self._n_drawn = 0
         self._given: tuple[GivenRobot, ...] = ()
         self._mutants_first = False
@@ -309,13 +310,14 @@ class Variation:
 
         Its parent is the one that is better at its left. What has been joined before is mutated, too.
         """
-        pair = None if self._bearing is None else mates.specialists()
-        if pair is None or self._bearing is None:
+        pair = None if self._sides is None else mates.specialists()
+        if pair is None or self._sides is None:
             return None
         controller = switched(
             pair.left.controller,
             pair.right.controller,
-            bearing=self._bearing,
+            bearing=self._sides.bearing,
+            reach=self._sides.reach,
             new_node=self._neat.next_node,
             new_innovation=self._neat.next_innovation,
         )

@@ -9,6 +9,7 @@ one. Read in this order:
 - ``goal_reaching``, ``squeezing``: the two published tasks. The kernel computes what they sense and score
   a second time, in ``engine.simulation.kernel.loop.sensing``: change both.
 - ``loading``: finds a task by its name, and loads those that users write.
+- ``sides``: which targets lie at the left, and which at the right.
 - ``watchdog``, ``onlooker``: limit the time of a user's function, from inside the process and from outside.
 """
 

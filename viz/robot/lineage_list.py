@@ -103,4 +103,6 @@ def origin(a: Ancestor, parent: Ancestor | None) -> str:
         parts.append("network mutated")
     elif a.operator in ("paired", "exchange"):
         parts.append("another network")
+    elif a.operator == "switch":
+        parts.append("joined with another network, which acts for targets at the right")
     return " · ".join(parts) or f"{a.operator} mutated"

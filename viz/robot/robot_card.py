@@ -194,6 +194,8 @@ def _origin(evaluation: Evaluation) -> str:
         return f"{s.parent}, the same robot under other noise"
     if s.operator == "exchange":
         return f"{s.parent}, its body with another elite's controller"
+    if s.operator == "switch":
+        return f"{s.parent} for targets at the left, another network of its body for those at the right"
     what = {"both": "body and controller", "morphology": "body", "controller": "controller"}
     return f"{s.parent}, {what.get(s.operator, html.escape(s.operator))} mutated"
 

@@ -11,8 +11,10 @@ from engine.control.genome import NeatRates
 from engine.errors import InvalidData
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_search import MapSearchConfig
-from engine.search.variation import PUBLISHED, Variation, VariationConfig
+from engine.search.variation import PUBLISHED, Specialists, Variation, VariationConfig
 from engine.search.vie_neat import VieNeat, VieNeatConfig
+from engine.tasks import GOAL_REACHING
+from engine.tasks.sides import sides_of
 from tests.support.made_up import MADE_UP, generation
 
 
@@ -22,6 +24,9 @@ class Nobody:
 
     def donor(self, n):
         raise AssertionError(f"no exchange was asked for, of {n}")
+
+    def specialists(self):
+        raise AssertionError("no switch was asked for")
 
 
 class Somebody:
@@ -192,3 +197,75 @@ def test_a_search_gives_bodies_the_controllers_of_fitter_elites():
                 assert s.morphology == elites[s.parent].morphology
                 assert s.controller == best[s.source].solution.controller
     assert exchanged > 20
+
+
+# ---- switch
+
+
+SIDES = sides_of(GOAL_REACHING.sensing("relative"))
+
+
+class Two:
+    """Gives two specialists, or none."""
+
+    def __init__(self, pair):
+        self.pair, self.asked = pair, 0
+
+    def specialists(self):
+        self.asked += 1
+        return self.pair
+
+
+def switching(sides=SIDES, **config):
+    return Variation(
+        n_inputs=2,
+        stiffness="shared",
+        rhythms=False,
+        seed=1,
+        config=VariationConfig(switch_weight=1, **config),
+        sides=sides,
+    )
+
+
+def test_specialists_are_joined_as_often_as_asked():
+    v = switching()
+    parent, left, right = v.random(), v.random(), v.random()
+    right = dataclasses.replace(right, morphology=left.morphology)
+    mates, n = Two(Specialists(left, right, again=False)), 600
+    children = [s for s in (v.mutate(parent, "x", mates) for _ in range(n)) if s.operator == "switch"]
+    assert len(children) / n == pytest.approx(1 / 4, abs=0.06)
+    assert mates.asked == len(children)
+    numbers = collections.Counter()
+    for s in children:
+        assert (s.morphology, s.parent, s.source) == (left.morphology, left.number, "x")
+        # 3 of each network, 3 that tell the sides apart
+        assert len(s.controller.nodes) == 20 + 9
+        numbers.update(n.key for n in s.controller.nodes if n.key >= 20)
+        numbers.update(-c.innovation for c in s.controller.connections)
+    assert set(numbers.values()) == {1}, "no two children share a new neuron or link"
+
+
+def test_specialists_that_were_joined_before_are_mutated_too():
+    v = switching(morphology_weight=0, controller_weight=0, both_weight=0)
+    left, right = v.random(), v.random()
+    for again in (False, True):
+        pair = Specialists(left, dataclasses.replace(right, morphology=left.morphology), again)
+        children = [v.mutate(left, "x", Two(pair)) for _ in range(4)]
+        weights = {tuple(sorted(c.weight for c in s.controller.connections)) for s in children}
+        assert len(weights) == (4 if again else 1)
+
+
+@pytest.mark.parametrize("sides", [SIDES, None])
+def test_where_there_is_nobody_to_join_the_controller_is_mutated(sides):
+    v = switching(sides, morphology_weight=0, controller_weight=0, both_weight=0)
+    parent = v.random()
+    child = v.mutate(parent, "x", Two(None))
+    assert (child.operator, child.morphology) == ("controller", parent.morphology)
+    assert child.controller != parent.controller
+
+
+def test_networks_that_are_too_large_together_are_not_joined():
+    v = switching(neat=NeatRates(hidden=30), morphology_weight=0, controller_weight=0, both_weight=0)
+    left, right = v.random(), v.random()
+    pair = Specialists(left, dataclasses.replace(right, morphology=left.morphology), again=False)
+    assert v.mutate(left, "x", Two(pair)).operator == "controller"
