@@ -94,7 +94,12 @@ def test_card_says_which_way_feet_slide(small_reader: RunReader) -> None:
 
 @pytest.mark.parametrize(
     ("operator", "said"),
-    [("both", "7, body and controller mutated"), ("paired", "7, body mutated; the controller is NEAT's")],
+    [
+        ("both", "7, body and controller mutated"),
+        ("paired", "7, body mutated; the controller is NEAT's"),
+        ("exchange", "7, its body with another elite's controller"),
+        ("switch", "7 for targets at the left, another network of its body for those at the right"),
+    ],
 )
 def test_card_says_whom_a_robot_descends_from(small_reader: RunReader, operator: str, said: str) -> None:
     evaluation = small_reader.evaluation(0)

@@ -158,6 +158,10 @@ def test_a_lineage_says_what_changed_and_what_is_not_known() -> None:
     assert text.count('aria-current="true"') == 1
     given = Ancestor(3, None, 0, "given", 0.44, Morphology(3, (1, 2)), "breed-1.tsmr robot 12")
     assert "breed-1.tsmr robot 12: 2 modules" in lineage_list.render([child, given], 3, 0.45, "js()")
+    joined = Ancestor(1207, 3, 5, "switch", 0.40, Morphology(3, (1, 2)))
+    assert "joined with another network, which acts for targets" in lineage_list.render(
+        [joined, founder], 3, 0.45, "js()"
+    )
     cut = lineage_list.render([Ancestor(9, 4, 5, "paired", None, Morphology(3, (1, 2)))], 9, 0.45, "js()")
     assert "does not hold its earlier ancestors" in cut
     assert "not recorded" in cut
