@@ -198,7 +198,7 @@ PRESETS: Final[dict[str, RunConfig]] = {
         sensors="centimetres",
         bonus="distance",
         head_search="rhythms",
-        variation=VariationConfig(neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
+        variation=dataclasses.replace(PUBLISHED, neat=dataclasses.replace(PUBLISHED.neat, version="0.92")),
         vie_neat=VieNeatConfig(maximise="inverse"),
         trials=TrialConfig(unfed_outputs="zero"),
     ),

@@ -108,6 +108,7 @@ def breeding_config(choices: Breeding, parents: Sequence[RunConfig]) -> RunConfi
                 hidden=base.variation.neat.hidden,
                 version=base.variation.neat.version,
             ),
+            switch_weight=0,  # it might take another body of the same size
             **weights[choices.hold],
         ),
         trials=dataclasses.replace(base.trials, repeats=1, trajectory_bits=base.trials.trajectory_bits or 14),

@@ -172,8 +172,7 @@ class MapSearch(Algorithm):
         sides: how the task tells left from right; None if it does not.
 
     Raises:
-        InvalidData: the numbers contradict each other, or specialists are to be joined for a task without
-            sides.
+        InvalidData: the numbers contradict each other.
     """
 
     _trajectories: TrajectoryArchive
@@ -199,12 +198,7 @@ class MapSearch(Algorithm):
         self._stiffness: StiffnessMode = stiffness
         self._feet_axis = feet_axis
         self._budget = budget
-        joins = variation.switch_weight > 0
-        if joins and sides is None:
-            raise InvalidData(
-                'switch_weight needs a task whose robots sense the "bearing" of targets at both sides'
-            )
-        self._specialists = SpecialistMemory(sides) if joins and sides is not None else None
+        self._specialists = SpecialistMemory(sides) if variation.switch_weight and sides is not None else None
         self._variation = Variation(
             n_inputs=n_inputs,
             stiffness=stiffness,

@@ -56,8 +56,11 @@ class VariationConfig:
     """How often the body is tried with the controller of another elite, relative to the other weights."""
     donors: int = 8
     """Elites drawn for such an exchange: the fittest gives its controller."""
-    switch_weight: int = 0
-    """How often two controllers of a body, one good at either side, become one, relative to the others."""
+    switch_weight: int = 1
+    """How often two controllers of a body, one good at either side, become one, relative to the others.
+
+    Where the task does not tell left from right the controller is mutated instead.
+    """
     crossover: float = 0.0
     """Probability that a controller is crossed with that of another elite before it is mutated."""
 
@@ -79,7 +82,7 @@ class VariationConfig:
         return tuple(kind for kind in OPERATORS for _ in range(getattr(self, f"{kind}_weight")))
 
 
-PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES)
+PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES, switch_weight=0)
 """The variation of the authors' published configuration, by NEAT-Python 2."""
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from engine.body.morphology import Morphology
 from engine.config import create_algorithm, replaced
-from engine.errors import InvalidData
 from engine.search.descriptors import morphology_cell
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.elite_records import BODIES, SpecialistMemory
@@ -128,8 +127,10 @@ def test_a_search_joins_what_is_good_at_either_side(algorithm):
     assert joined > 3
 
 
-def test_a_task_without_sides_is_refused():
-    with pytest.raises(InvalidData, match='switch_weight needs a task whose robots sense the "bearing"'):
-        DoubleMapMapElites(
-            MapSearchConfig(), n_inputs=2, budget=2000, variation=VariationConfig(switch_weight=1)
-        )
+def test_for_a_task_without_sides_controllers_are_mutated_instead():
+    variation = VariationConfig(switch_weight=100, morphology_weight=0, both_weight=0)
+    config = MapSearchConfig(initial=12, batch_size=8)
+    search = DoubleMapMapElites(config, n_inputs=2, budget=60, variation=variation)
+    told = [e.solution.operator for _ in range(5) for e in generation(search)]
+    assert set(told[12:]) == {"controller"}
+    assert "specialists" not in search.state()

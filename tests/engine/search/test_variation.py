@@ -48,7 +48,8 @@ nobody = Nobody()
 
 
 def variation(**config):
-    return Variation(n_inputs=2, stiffness="shared", rhythms=False, seed=1, config=VariationConfig(**config))
+    rates = VariationConfig(**{"switch_weight": 0} | config)
+    return Variation(n_inputs=2, stiffness="shared", rhythms=False, seed=1, config=rates)
 
 
 @pytest.mark.parametrize("weights", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 1, 0), (1, 1, 2)])
@@ -96,7 +97,7 @@ def test_algorithms_use_it(make):
     [
         ({"both_weight": 101}, "both_weight must be from 0 to 100, not 101"),
         (
-            {"morphology_weight": 0, "controller_weight": 0, "both_weight": 0},
+            {f"{kind}_weight": 0 for kind in ("morphology", "controller", "both", "switch")},
             "one of morphology_weight, controller_weight, both_weight, exchange_weight, switch_weight must be"
             " above 0",
         ),
@@ -142,7 +143,9 @@ def test_controllers_are_crossed_as_often_as_asked(share):
 
 def test_a_search_crosses_elites_of_one_archive():
     config = replaced(
-        MADE_UP, variation=VariationConfig(crossover=1.0, morphology_weight=0, both_weight=0), overlap=0
+        MADE_UP,
+        variation=VariationConfig(crossover=1.0, morphology_weight=0, both_weight=0, switch_weight=0),
+        overlap=0,
     )
     algorithm, everybody = create_algorithm(config), {}
     crossed = 0
@@ -183,7 +186,12 @@ def test_a_controller_that_everybody_has_is_mutated():
 
 def test_a_search_gives_bodies_the_controllers_of_fitter_elites():
     only = VariationConfig(
-        exchange_weight=1, donors=1000, morphology_weight=0, controller_weight=0, both_weight=0
+        exchange_weight=1,
+        donors=1000,
+        morphology_weight=0,
+        controller_weight=0,
+        both_weight=0,
+        switch_weight=0,
     )
     algorithm = create_algorithm(replaced(MADE_UP, variation=only, overlap=0))
     generation(algorithm)
