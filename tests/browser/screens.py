@@ -125,6 +125,12 @@ def _compare(page: Page) -> None:
     page.wait_for_timeout(6000)
 
 
+def _through(page: Page) -> None:
+    page.locator('g[data-c="morphology:5,0"]').click(force=True, no_wait_after=True)
+    page.locator(".ta-card", has_text="cell 5,0").wait_for()
+    hold(page, 60.0)
+
+
 FIRST: Final = Screen(
     "first", "what a stranger sees: the best robot crawls, a square is to be clicked", _greeting
 )
@@ -142,8 +148,11 @@ TAKE: Final = Screen("take-along", "robots to take along", _window("Take along")
 MAP: Final = Screen("map", "a map that fills the window", _enlarged)
 SIDE: Final = Screen("side-by-side", "three robots in lanes", _side_by_side)
 COMPARE: Final = Screen("compare", "runs compared", _compare)
+APERTURE: Final = Screen(
+    "aperture", "a robot with feet that has passed the aperture", _through, "?run=squeezing-feet-long"
+)
 ALBUM: Final[Sequence[tuple[str, Theme, Sequence[Screen]]]] = (
-    ("1600", "dark", (FIRST, ROBOT, SIDE, COMPARE)),
+    ("1600", "dark", (FIRST, ROBOT, SIDE, COMPARE, APERTURE)),
     ("1600", "light", (FIRST, BREED)),
     ("1280", "dark", (FIRST, WHAT_IF, BREED)),
     ("1280", "light", (ROBOT, ELITES, MAP)),
