@@ -85,6 +85,20 @@ def logarithm(x: float) -> float:
     return (2 * _artanh(fraction) + exponent * _LN_2) / _ONE
 
 
+def exponential(x: float) -> float:
+    """Return the double nearest to e^x, for x from -700 to 700."""
+    whole, part = float(x).as_integer_ratio()
+    fixed = (whole << _BITS) // part
+    exponent = fixed // _LN_2
+    rest = fixed - exponent * _LN_2
+    total, term, k = 0, _ONE, 1
+    while term:
+        total += term
+        term = (term * rest >> _BITS) // k
+        k += 1
+    return math.ldexp(total / _ONE, exponent)
+
+
 def length(vectors: np.ndarray) -> np.ndarray:
     """Return the (...) lengths of (..., n) vectors."""
     squares = vectors * vectors

@@ -7,8 +7,9 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from engine.control.genome import MAX_POWER, N_OUTPUTS, Controller, logistic
+from engine.control.genome import MAX_POWER, N_OUTPUTS, Controller
 from engine.control.network import Plan
+from engine.exact import exponential
 
 Range = tuple[float, float]
 """The least and the largest value of something."""
@@ -37,7 +38,7 @@ def simplified(controller: Controller, senses: Sequence[Range]) -> Controller:
     for key in plan.hidden:
         ends = [_ends(weight, limits[source]) for source, weight in incoming.get(key, [])]
         sums = math.fsum(least for least, _ in ends), math.fsum(most for _, most in ends)
-        least, most = sorted(logistic(genes[key].bias + genes[key].response * s) for s in sums)
+        least, most = sorted(_logistic(genes[key].bias + genes[key].response * s) for s in sums)
         limits[key] = (least, most)
         if most - least < STILL:
             still[key] = (least + most) / 2.0
@@ -65,6 +66,11 @@ def simplified(controller: Controller, senses: Sequence[Range]) -> Controller:
         nodes=tuple(n for n in smaller.nodes if n.key in used),
         connections=tuple(c for c in smaller.connections if c.target in used),
     )
+
+
+def _logistic(z: float) -> float:
+    """Return ``genome.logistic`` with the same bits everywhere: they become genes."""
+    return 1.0 / (1.0 + exponential(-max(-60.0, min(60.0, z))))
 
 
 def _ends(weight: float, limits: Range) -> Range:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import hashlib
 import math
 import os
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 from engine.body.morphology import Morphology
-from engine.exact import bearing, cosine_and_sine, length, logarithm
+from engine.exact import bearing, cosine_and_sine, exponential, length, logarithm
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.model import build_robot
 from engine.simulation.physics import Physics
@@ -23,6 +24,13 @@ from engine.tasks import GOAL_REACHING, SQUEEZING, target_offsets, worlds
 from tests.support.made_up import examples
 
 angles = st.floats(-1e9, 1e9)
+
+
+@examples(200)
+@given(st.floats(-700.0, 700.0))
+def test_exponentials_are_the_nearest_doubles(x):
+    with decimal.localcontext(prec=60):
+        assert exponential(x) == float(decimal.Decimal(x).exp())
 
 
 @examples(200)
