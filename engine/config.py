@@ -236,13 +236,18 @@ def preset(name: str) -> RunConfig:
     return PRESETS[name]
 
 
-def to_json(config: RunConfig) -> dict[str, Any]:
+def every_value(config: RunConfig) -> dict[str, Any]:
     """Return a configuration as JSON-ready values; the fields of ``INLINE`` tables stand at its top."""
     inline = inline_tables(RunConfig)
     found: dict[str, Any] = {}
     for name, value in dataclasses.asdict(config).items():
         found |= value if name in inline else {name: value}
-    found["physics"] = physics_to_json(config.physics)
+    return found | {"physics": physics_to_json(config.physics)}
+
+
+def to_json(config: RunConfig) -> dict[str, Any]:
+    """Return a configuration as run files hold it: ``every_value`` without those that older runs lack."""
+    found = every_value(config)
     if not config.trials.trajectory_bits:
         # runs from before positions were rounded keep their hash
         del found["trials"]["trajectory_bits"]

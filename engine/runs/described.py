@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from engine.config import DEFAULT_PRESET, RunConfig, from_json, preset, to_json
+from engine.config import DEFAULT_PRESET, RunConfig, every_value, from_json, preset, to_json
 from engine.errors import InvalidData, TensAtlasError
 from engine.files import read_toml, toml_text
 
@@ -33,7 +33,7 @@ def read_described(path: Path, chosen: str | None = None) -> RunConfig:
 
 def describe(config: RunConfig) -> str:
     """Return TOML text that ``read_described`` reads as a configuration, whatever the presets are by then."""
-    return toml_text(to_json(config))
+    return toml_text(every_value(config))
 
 
 def merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
