@@ -21,6 +21,8 @@ from tests.support.software_chromium import eventually, open_context
 from tests.support.widgets import best_distance, click_cell, press
 
 pytestmark = pytest.mark.browser
+REMEMBERED = "JSON.parse(sessionStorage.getItem('tensatlas-basket') || '[]').length"
+"""How many robots the tab remembers to be in the basket."""
 
 
 def download(page: Page, button: str) -> tuple[str, bytes]:
@@ -47,6 +49,7 @@ def test_files_and_basket(
         expect(line).to_contain_text("exactly as evaluated")
         page.get_by_role("button", name="Add to basket").click()
         expect(listed).to_contain_text(f"{number} · small")
+        eventually(page, lambda n=k + 1: page.evaluate(REMEMBERED) == n)  # the tab is told a moment later
     # a reload of the page changes nothing, but that the window is closed again
     page.reload()
     press(page, "Take along", "2")

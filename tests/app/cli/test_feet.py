@@ -23,7 +23,7 @@ COMMON = "--preset smoke --workers 1 --pool threads".split()
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("feet") / "feet.tsmr"
-    main(["evolve", str(path), *COMMON, "--body.feet", "evolved", "--variation.body.feet-rate", "0.5"])
+    main(["evolve", str(path), *COMMON, "--body.feet", "evolved", "--variation.body.feet-rate", "1"])
     return path
 
 
