@@ -173,7 +173,7 @@ def _check_given(config: RunConfig, robot: GivenRobot) -> None:
 
 
 def _create_algorithm(config: RunConfig) -> Algorithm:
-    task = get_task(config.task)
+    task = task_of(config)
     common: dict[str, Any] = {
         "n_inputs": task.n_inputs,
         "stiffness": config.stiffness,
@@ -187,7 +187,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
     if config.algorithm == "vie-neat":
         return VieNeat(config.vie_neat, **common)
     return _MAP_SEARCHES[config.algorithm](
-        config.map_search, overlap=config.overlap, sides=sides_of(task_of(config)), **common
+        config.map_search, overlap=config.overlap, sides=sides_of(task), **common
     )
 
 

@@ -18,7 +18,7 @@ from neat.innovation import InnovationTracker
 from engine.body.module import MAX_MODULES
 from engine.control.neat_092 import Genome092
 from engine.errors import InvalidData
-from engine.exact import cosine_and_sine, logarithm
+from engine.exact import cosine_and_sine, exponential, logarithm
 
 N_OUTPUTS: Final = 2 * MAX_MODULES
 """A frequency and a phase for each module of the largest robot."""
@@ -153,8 +153,13 @@ _KINDS: Final = {"2.0": neat.DefaultGenome, "0.92": Genome092}
 
 
 def logistic(z: float) -> float:
-    """Return 1 / (1 + exp(-z)). NEAT-Python's own ``sigmoid`` is five times steeper."""
-    return 1.0 / (1.0 + math.exp(-max(-60.0, min(60.0, z))))
+    """Return 1 / (1 + exp(-z)), the same bits everywhere. NEAT-Python's ``sigmoid`` is five times steeper."""
+    return 1.0 / (1.0 + exponential(-max(-60.0, min(60.0, z))))
+
+
+def within_range(value: float) -> float:
+    """Return a bias or weight, or the end of NEAT's range that it lies beyond."""
+    return min(max(value, -MAX_POWER), MAX_POWER)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

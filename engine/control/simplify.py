@@ -7,9 +7,8 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from engine.control.genome import MAX_POWER, N_OUTPUTS, Controller
+from engine.control.genome import N_OUTPUTS, Controller, logistic, within_range
 from engine.control.network import Plan
-from engine.exact import exponential
 
 Range = tuple[float, float]
 """The least and the largest value of something."""
@@ -28,20 +27,18 @@ def simplified(controller: Controller, senses: Sequence[Range]) -> Controller:
         senses: (n_inputs,) the limits of each input.
     """
     plan = Plan(controller, N_OUTPUTS)
-    genes = {n.key: n for n in controller.nodes}
-    limits = {-1 - i: limit for i, limit in enumerate(senses)}
-    incoming: dict[int, list[tuple[int, float]]] = {}
-    for c in controller.connections:
-        if c.enabled:
-            incoming.setdefault(c.target, []).append((c.source, c.weight))
-    still: dict[int, float] = {}
-    for key in plan.hidden:
-        ends = [_ends(weight, limits[source]) for source, weight in incoming.get(key, [])]
-        sums = math.fsum(least for least, _ in ends), math.fsum(most for _, most in ends)
-        least, most = sorted(_logistic(genes[key].bias + genes[key].response * s) for s in sums)
-        limits[key] = (least, most)
+    limits, still = list(senses), {}
+    for k, key in enumerate(plan.hidden):
+        own = slice(plan.first[k], plan.first[k + 1])
+        links = zip(plan.weight[own].tolist(), plan.source[own].tolist(), strict=True)
+        ends = [_ends(weight, limits[source]) for weight, source in links]
+        least, most = (
+            logistic(float(plan.bias[k]) + math.fsum(end[side] for end in ends)) for side in (0, 1)
+        )
+        limits.append((least, most))
         if most - least < STILL:
             still[key] = (least + most) / 2.0
+    genes = {n.key: n for n in controller.nodes}
     outputs, inputs = set(range(N_OUTPUTS)), {-1 - i for i in range(controller.n_inputs)}
     kept = {k for k in plan.hidden if k not in still} | outputs
     shift = dict.fromkeys(kept, 0.0)
@@ -51,7 +48,7 @@ def simplified(controller: Controller, senses: Sequence[Range]) -> Controller:
     smaller = Controller(
         n_inputs=controller.n_inputs,
         nodes=tuple(
-            dataclasses.replace(n, bias=min(max(n.bias + shift[n.key], -MAX_POWER), MAX_POWER))
+            dataclasses.replace(n, bias=within_range(n.bias + shift[n.key]))
             for n in controller.nodes
             if n.key in kept
         ),
@@ -66,11 +63,6 @@ def simplified(controller: Controller, senses: Sequence[Range]) -> Controller:
         nodes=tuple(n for n in smaller.nodes if n.key in used),
         connections=tuple(c for c in smaller.connections if c.target in used),
     )
-
-
-def _logistic(z: float) -> float:
-    """Return ``genome.logistic`` with the same bits everywhere: they become genes."""
-    return 1.0 / (1.0 + exponential(-max(-60.0, min(60.0, z))))
 
 
 def _ends(weight: float, limits: Range) -> Range:

@@ -10,7 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from engine.control.genome import MAX_POWER, N_OUTPUTS, ConnectionGene, Controller, NodeGene
+from engine.control.genome import (
+    MAX_POWER,
+    N_OUTPUTS,
+    ConnectionGene,
+    Controller,
+    NodeGene,
+    within_range,
+)
 from engine.control.simplify import simplified
 
 MOST_HIDDEN: Final = 60
@@ -92,9 +99,10 @@ def switched(
             link(own, c.target, -_LINEAR / 2.0 * weight)
     return Controller(
         n_inputs=left.n_inputs,
-        nodes=tuple(NodeGene(key, _within(bias)) for key, bias in sorted(biases.items())),
+        nodes=tuple(NodeGene(key, within_range(bias)) for key, bias in sorted(biases.items())),
         connections=tuple(
-            ConnectionGene(*ends, _within(weight), True, new_innovation()) for ends, weight in weights.items()
+            ConnectionGene(*ends, within_range(weight), True, new_innovation())
+            for ends, weight in weights.items()
         ),
     )
 
@@ -105,8 +113,3 @@ def _senses(reach: Sequence[float], bearing: int, sign: int) -> list[tuple[float
     near, far = sorted((sign * EDGE * reach[bearing], sign * reach[bearing]))
     senses[bearing] = near, far
     return senses
-
-
-def _within(value: float) -> float:
-    """Return a bias or weight within NEAT's range."""
-    return min(max(value, -MAX_POWER), MAX_POWER)

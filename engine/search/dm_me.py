@@ -13,7 +13,6 @@ from typing import Any
 from engine.search.algorithm import Recall
 from engine.search.archive import Cell, DeepGridArchive, GridArchive, cell_name, parse_cell
 from engine.search.axes import Axis
-from engine.search.descriptors import morphology_cell
 from engine.search.map_search import MapSearch
 from engine.search.trajectory_archive import TrajectoryArchive, morphology_archive, morphology_axes
 from engine.simulation.evaluation import Evaluation, Solution
@@ -77,5 +76,5 @@ class DoubleMapMapElites(MapSearch):
 
     def _offer(self, whole: Sequence[Evaluation]) -> None:
         for e in whole:
-            self._morphology.add(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
+            self._morphology.add(self._body_cell(e), e)
         self._trajectories.tell(self._generation, whole)

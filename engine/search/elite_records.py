@@ -7,7 +7,7 @@ import math
 import random
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from engine.body.morphology import Morphology
 from engine.search.algorithm import Recall
@@ -142,13 +142,25 @@ BODIES: Final = 8
 """Bodies that are remembered for each cell of the morphology map: those whose specialists promise most."""
 
 
+class _Specialist(NamedTuple):
+    """A solution, and the mean distance that it left to the targets at its side, in m."""
+
+    solution: Solution
+    remaining: float
+
+
 @dataclasses.dataclass(slots=True)
 class _Pair:
     """The specialists of a body, and whether they have been joined."""
 
-    left: Evaluation
-    right: Evaluation
+    left: _Specialist
+    right: _Specialist
     joined: bool = False
+
+    @property
+    def promise(self) -> float:
+        """Twice the mean distance in m that would remain if both kept their word."""
+        return self.left.remaining + self.right.remaining
 
 
 class SpecialistMemory:
@@ -165,25 +177,25 @@ class SpecialistMemory:
     def tell(self, cell: Cell, e: Evaluation) -> None:
         """Take in an evaluation that did not fail, of a body of a cell."""
         bodies = self._pairs.setdefault(cell, {})
-        pair = bodies.setdefault(e.solution.morphology, _Pair(e, e))
-        left, right = self.sides.remaining(e.distances)
-        if left < self.sides.remaining(pair.left.distances)[0]:
-            pair.left, pair.joined = e, False
-        if right < self.sides.remaining(pair.right.distances)[1]:
-            pair.right, pair.joined = e, False
+        left, right = self._of_sides(e)
+        pair = bodies.setdefault(e.solution.morphology, _Pair(left, right))
+        if left.remaining < pair.left.remaining:
+            pair.left, pair.joined = left, False
+        if right.remaining < pair.right.remaining:
+            pair.right, pair.joined = right, False
         if len(bodies) > BODIES:
-            del bodies[max(bodies, key=lambda body: self._promise(bodies[body]))]
+            del bodies[max(bodies, key=lambda body: bodies[body].promise)]
 
     def draw(self, cell: Cell, rng: random.Random) -> Specialists | None:
         """Return the specialists of a body of a cell, or None if no body has two.
 
         First those that have not been joined, the most promising first; then any.
         """
-        pairs = [p for p in self._pairs.get(cell, {}).values() if p.left is not p.right]
+        pairs = [p for p in self._pairs.get(cell, {}).values() if p.left.solution is not p.right.solution]
         if not pairs:
             return None
         new = [p for p in pairs if not p.joined]
-        pair = min(new, key=self._promise) if new else rng.choice(pairs)
+        pair = min(new, key=lambda p: p.promise) if new else rng.choice(pairs)
         again, pair.joined = pair.joined, True
         return Specialists(pair.left.solution, pair.right.solution, again)
 
@@ -203,12 +215,15 @@ class SpecialistMemory:
         )
         self._pairs = {
             parse_cell(cell): {
-                known[left].solution.morphology: _Pair(known[left], known[right], bool(joined))
+                known[left].solution.morphology: _Pair(
+                    self._of_sides(known[left])[0], self._of_sides(known[right])[1], bool(joined)
+                )
                 for left, right, joined in pairs
             }
             for cell, pairs in state.items()
         }
 
-    def _promise(self, pair: _Pair) -> float:
-        """Return the distance in m that would remain in the mean if both specialists kept their word."""
-        return self.sides.remaining(pair.left.distances)[0] + self.sides.remaining(pair.right.distances)[1]
+    def _of_sides(self, e: Evaluation) -> tuple[_Specialist, _Specialist]:
+        """Return an evaluation as the specialist for the left and for the right."""
+        left, right = self.sides.remaining(e.distances)
+        return _Specialist(e.solution, left), _Specialist(e.solution, right)

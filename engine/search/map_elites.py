@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import (
-    morphology_cell,
     morphology_shape,
     n_possible_morphology_cells,
 )
@@ -45,7 +44,7 @@ class MapElites(MapSearch):
                 shape=(*morphology_shape(stiffness, feet=feet), *cells),
                 n_possible=n_possible_morphology_cells(stiffness, feet=feet) * cells[0] * cells[1],
             ),
-            first_axes=lambda e: morphology_cell(e.solution.morphology, feet=self._feet_axis),
+            first_axes=self._body_cell,
             refit_generations=self._config.refit_generations,
             sensory=self._config.sensory,
         )

@@ -122,14 +122,14 @@ def check_overlap(overlap: int) -> None:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Mates:
-    """The individuals of a parent's archive."""
+    """The individuals of a parent's archive, and the specialists of its cell of the morphology map."""
 
     parent: Evaluation
     archive: GridArchive
     samples: Samples
     rng: random.Random
     remembered: SpecialistMemory | None
-    feet_axis: bool
+    cell: Cell
 
     def pair(self) -> tuple[Controller, Controller]:
         """Return the controllers of the parent and of another individual, the fitter's first."""
@@ -142,10 +142,7 @@ class _Mates:
 
     def specialists(self) -> Specialists | None:
         """Return the specialists of a body that shares the parent's cell of the morphology map."""
-        if self.remembered is None:
-            return None
-        cell = morphology_cell(self.parent.solution.morphology, feet=self.feet_axis)
-        return self.remembered.draw(cell, self.rng)
+        return None if self.remembered is None else self.remembered.draw(self.cell, self.rng)
 
     def _draw(self, n: int) -> list[Evaluation]:
         return [self.samples.first(e) for e in self.archive.sample(n, self.rng)]
@@ -274,7 +271,7 @@ class MapSearch(Algorithm):
         self._offer(whole)
         if self._specialists is not None:
             for e in whole:
-                self._specialists.tell(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
+                self._specialists.tell(self._body_cell(e), e)
         held = set(map(self._samples.number, self._elites()))
         self._samples.forget(held)
         if self._curiosity is not None:
@@ -327,9 +324,14 @@ class MapSearch(Algorithm):
             parents = self._curiosity.draw(list(map(self._samples.first, held.elites())), n, rng)
         firsts = map(self._samples.first, parents)
         mates = (
-            _Mates(parent, held, self._samples, rng, self._specialists, self._feet_axis) for parent in firsts
+            _Mates(parent, held, self._samples, rng, self._specialists, self._body_cell(parent))
+            for parent in firsts
         )
         return [self._variation.mutate(of.parent.solution, archive, of) for of in mates]
+
+    def _body_cell(self, e: Evaluation) -> Cell:
+        """Return the cell of the morphology map that the body of an evaluation belongs to."""
+        return morphology_cell(e.solution.morphology, feet=self._feet_axis)
 
     def _elites(self) -> list[Evaluation]:
         """Return the elites of all archives; one that holds several cells, several times."""

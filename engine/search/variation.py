@@ -313,8 +313,7 @@ class Variation:
 
         Its parent is the one that is better at its left. What has been joined before is mutated, too.
         """
-        pair = None if self._sides is None else mates.specialists()
-        if pair is None or self._sides is None:
+        if self._sides is None or (pair := mates.specialists()) is None:
             return None
         controller = switched(
             pair.left.controller,

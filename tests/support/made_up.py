@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Neat
+from engine.control.network import NetworkBatch
 from engine.search.map_search import MapSearchConfig
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.trials import TrialConfig
@@ -63,6 +64,11 @@ def evolved_controller(seed, n_mutations, n_inputs=2):
     for _ in range(n_mutations):
         controller = neat.mutate(controller, rng)
     return controller
+
+
+def outputs(controller, *inputs):
+    """Return the (samples, 20) outputs of one controller for some samples of its inputs."""
+    return NetworkBatch([controller]).activate(np.array([inputs], dtype=float))[0]
 
 
 def controllers(n_inputs=2):

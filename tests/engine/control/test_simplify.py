@@ -6,13 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.control.genome import Controller
-from engine.control.network import NetworkBatch
 from engine.control.simplify import simplified
-from tests.support.made_up import controllers, examples
-
-
-def outputs(controller, *inputs):
-    return NetworkBatch([controller]).activate(np.array([inputs], dtype=float))[0]
+from tests.support.made_up import controllers, examples, outputs
 
 
 def network(hidden, links):

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.control.genome import Controller
-from engine.control.network import NetworkBatch
 from engine.control.switch import MOST_HIDDEN, switched
-from tests.support.made_up import controllers, evolved_controller, examples
+from tests.support.made_up import controllers, evolved_controller, examples, outputs
 
 
 def join(left, right, bearing=1):
@@ -22,10 +21,6 @@ def join(left, right, bearing=1):
         new_node=lambda: next(nodes),
         new_innovation=lambda: next(innovations),
     )
-
-
-def outputs(controller, *inputs):
-    return NetworkBatch([controller]).activate(np.array([inputs], dtype=float))[0]
 
 
 def constant(bias, *, links=(), hidden=(), responses=()):
