@@ -24,6 +24,8 @@ FOLLOW_STEP = 0.002
 """Metres that the robot moves before a following camera moves with it."""
 KNOWN_PLACES = 1500
 """Places that the camera was sent to last; a slow browser may still report one: fifty seconds' worth."""
+BEGINNINGS = np.array([[-5.0, 0.0, 0.0], [3.0, 3.0, 3.0]])
+"""Where viser's own camera is before the first message; a slow browser may still report it after that."""
 SAME = 0.004
 """Metres by which a reported place may differ from where the camera was sent."""
 
@@ -75,6 +77,8 @@ class SceneCamera:
         client.camera.fov = FIELD_OF_VIEW
         self._eye, self._focus = np.array([0.6, -1.0, 0.5]), np.zeros(3)
         self._sent, self._n_sent = np.full((KNOWN_PLACES, 3), np.inf), 0
+        for place in BEGINNINGS:
+            self._remember(place)
         self._framing: Framing | None = None
         self._size = (0.0, 0.0)
         self._covered = 0

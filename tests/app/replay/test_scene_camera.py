@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from viser import InitialCameraConfig
 
-from app.replay.scene_camera import Framing, SceneCamera
+from app.replay.scene_camera import BEGINNINGS, Framing, SceneCamera
 from app.replay.stage import FIELD_OF_VIEW
 
 POINTS = np.array([[0.0, 0.0, 0.0], [0.3, 0.1, 0.1]])
@@ -67,6 +68,18 @@ def test_a_slow_browser_that_reports_old_places_loses_no_step(browser: Browser, 
     assert np.allclose(placed + np.array([0.05, 0.0, 0.0]), camera._eye)
     camera.follow(np.array([0.06, 0.0]))
     assert np.allclose(browser.position, placed + np.array([0.06, 0.0, 0.0]))
+
+
+def test_where_viser_began_is_nobodys_turn_however_late_it_is_reported(browser: Browser) -> None:
+    browser.position = np.array([-5.0, 0.0, 0.0])
+    camera = SceneCamera(browser, browser)  # type: ignore[arg-type]
+    camera.show(Framing(POINTS, TOWARDS))
+    placed = np.array(browser.position)
+    assert np.allclose(BEGINNINGS[-1], InitialCameraConfig(broadcast=lambda _: None).position)
+    for place in BEGINNINGS:
+        browser.report(place)
+    camera.follow(np.array([0.01, 0.0]))
+    assert np.allclose(browser.position, placed + np.array([0.01, 0.0, 0.0]))
 
 
 def test_a_camera_that_its_user_has_turned_goes_on_from_there(browser: Browser, camera: SceneCamera) -> None:
