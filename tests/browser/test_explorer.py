@@ -108,7 +108,7 @@ def test_maps_are_clicked_and_robots_replay(
 def test_a_live_run_changes_the_maps_without_a_reload(workplace: Path, visit: Visit) -> None:
     """An evolution in a process of its own, a bare app that finds it, one page that is never reloaded."""
     run = workplace / "runs" / "live.tsmr"
-    flags = ["--preset", "smoke", "--seed", "3", "--workers", "1", "--evaluations", "400"]
+    flags = ["--preset", "smoke", "--seed", "3", "--workers", "1", "--evaluations", "20000"]
     evolution = subprocess.Popen(
         [sys.executable, "-m", "app", "evolve", str(run), *flags, "--initial", "4", "--batch-size", "2"],
         env=environment(),
