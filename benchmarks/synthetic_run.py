@@ -16,8 +16,8 @@ from engine.config import RunConfig, preset, replaced
 from engine.control.genome import Controller, Neat
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
-from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
-from engine.search.trajectory_archive import morphology_archive, morphology_axes
+from engine.search.body_space import BodySpace
+from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import versions
 from engine.storage.rows import statistics
@@ -50,6 +50,7 @@ class SyntheticRun:
         controllers: Sequence[Controller] | None = None,
     ) -> None:
         self._config, self._modules = config, modules
+        self._bodies = BodySpace(stiffness=config.stiffness)
         self._task = get_task(config.task)
         self._rng = random.Random(config.seed)
         self._numbers = np.random.default_rng(config.seed)
@@ -59,7 +60,7 @@ class SyntheticRun:
             self._controllers = [neat.mutate(c, self._rng) for c in self._controllers]
         self._controllers = list(controllers or self._controllers)
         self.archives = {
-            "morphology": morphology_archive(config.stiffness),
+            "morphology": self._bodies.archive(),
             "controller": GridArchive(shape=CONTROLLER_SHAPE),
         }
         self.generation = 0
@@ -75,7 +76,7 @@ class SyntheticRun:
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of an archive."""
         if archive == "morphology":
-            return morphology_axes(self._config.stiffness)
+            return self._bodies.axes
         return tuple(Axis(f"PCA {i + 1}", -4.5, 4.5, n) for i, n in enumerate(CONTROLLER_SHAPE))
 
     def state(self) -> dict[str, Any]:
@@ -90,7 +91,7 @@ class SyntheticRun:
         self.n_evaluations += n
         self._writer.add_evaluations(self.generation, found)
         for e in found:
-            self.archives["morphology"].add(morphology_cell(e.solution.morphology), e)
+            self.archives["morphology"].add(self._bodies.cell(e.solution.morphology), e)
             self.archives["controller"].add(self._behaviour(), e)
         self.generation += 1
         figures = statistics(self, self._task.target_distance)

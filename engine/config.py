@@ -15,6 +15,7 @@ from engine.body.morphology import HeadSearch, StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
 from engine.search.baselines import MorphologyMapElites, RandomSearch
+from engine.search.body_space import BodySpace
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
@@ -176,10 +177,12 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
     task = task_of(config)
     common: dict[str, Any] = {
         "n_inputs": task.n_inputs,
-        "stiffness": config.stiffness,
-        "rhythms": config.head_search == "rhythms",
-        "feet": config.body.feet_genes,
-        "feet_axis": config.body.feet_axis,
+        "bodies": BodySpace(
+            stiffness=config.stiffness,
+            rhythms=config.head_search == "rhythms",
+            feet=config.body.feet_genes,
+            feet_axis=config.body.feet_axis,
+        ),
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,

@@ -4,8 +4,9 @@ Read in this order:
 
 - ``algorithm``: the contract, on one page: ``ask``, ``tell``, ``state``, ``restore``.
 - ``archive``: cells and their elites; where an elite is replaced.
-- ``descriptors``: the cell of a body, and of the way its head moves.
 - ``axes``: what an archive's axes mean; projections and sections of an archive.
+- ``body_space``: the bodies that there are, and the map that they lie on.
+- ``descriptors``: the cell of the way that a robot's head moves.
 - ``variation``: random solutions and mutants.
 - ``trajectory_archive``: an archive whose axes are fitted to the trajectories that it holds.
 - ``elite_records``: how the children of each elite did, how it did itself under other noise, and which

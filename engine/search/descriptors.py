@@ -1,4 +1,4 @@
-"""The descriptors of a solution: its cell in an archive."""
+"""What describes a controller: where the trajectories of its robot's head lie among others."""
 
 from __future__ import annotations
 
@@ -8,48 +8,9 @@ from typing import Any, Final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from engine.body.feet import FEET
-from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
-from engine.body.morphology import Morphology, StiffnessMode
 from engine.search.archive import Cell
 
-N_SIZES: Final = MAX_MODULES - MIN_MODULES + 1
-MORPHOLOGY_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS)
-PER_MODULE_SHAPE: Final = (N_SIZES, N_STIFFNESS_LEVELS, N_STIFFNESS_LEVELS)
 CONTROLLER_SHAPE: Final = (9, 10)
-
-
-def morphology_shape(stiffness: StiffnessMode, *, feet: bool = False) -> tuple[int, ...]:
-    """Return the number of cells along each axis of ``morphology_cell``."""
-    shape = PER_MODULE_SHAPE if stiffness == "per-module" else MORPHOLOGY_SHAPE
-    return (*shape, len(FEET)) if feet else shape
-
-
-def n_possible_morphology_cells(stiffness: StiffnessMode, *, feet: bool = False) -> int:
-    """Return how many of these cells a body can lie in.
-
-    Where each module has its own stiffness, half of the cells ask for a softest module that is stiffer
-    than the stiffest: 9 x 55 of 9 x 10 x 10 are possible.
-    """
-    pairs = N_STIFFNESS_LEVELS * (N_STIFFNESS_LEVELS + 1) // 2
-    n = N_SIZES * (pairs if stiffness == "per-module" else N_STIFFNESS_LEVELS)
-    return n * (len(FEET) if feet else 1)
-
-
-def morphology_cell(morphology: Morphology, *, feet: bool = False) -> Cell:
-    """Return the cell of a body: modules along the first axis, stiffness level along the second.
-
-    Where each module has its own stiffness, the second is the softest one's and a third the stiffest's.
-
-    Args:
-        morphology: the body.
-        feet: whether its feet, in the order of ``FEET``, are one more axis, the last.
-    """
-    level, size = morphology.stiffness_level, morphology.n_modules - MIN_MODULES
-    last = (FEET.index(morphology.feet),) if feet else ()
-    if isinstance(level, tuple):
-        return (size, min(level) - 1, max(level) - 1, *last)
-    return (size, level - 1, *last)
 
 
 def sensory_data(trajectories: Sequence[np.ndarray], kind: str) -> np.ndarray:

@@ -14,7 +14,7 @@ from engine.search.algorithm import Recall
 from engine.search.archive import Cell, DeepGridArchive, GridArchive, cell_name, parse_cell
 from engine.search.axes import Axis
 from engine.search.map_search import MapSearch
-from engine.search.trajectory_archive import TrajectoryArchive, morphology_archive, morphology_axes
+from engine.search.trajectory_archive import TrajectoryArchive
 from engine.simulation.evaluation import Evaluation, Solution
 
 
@@ -32,7 +32,7 @@ class DoubleMapMapElites(MapSearch):
     def axes(self, archive: str) -> tuple[Axis, ...]:
         """Describe the axes of an archive as they are now."""
         if archive == "morphology":
-            return morphology_axes(self._stiffness, feet=self._feet_axis)
+            return self._bodies.axes
         return self._trajectories.axes()
 
     def state(self) -> dict[str, Any]:
@@ -57,7 +57,7 @@ class DoubleMapMapElites(MapSearch):
             archive.restore({cell: [known[n] for n in held] for cell, held in members.items()})
 
     def _create_archives(self) -> None:
-        self._morphology = morphology_archive(self._stiffness, feet=self._feet_axis)
+        self._morphology = self._bodies.archive()
         shape = self._config.controller_cells
         controller = GridArchive(shape=shape)
         if self._config.cell_capacity > 1:

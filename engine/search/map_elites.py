@@ -10,12 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from engine.search.archive import GridArchive
 from engine.search.axes import Axis
-from engine.search.descriptors import (
-    morphology_shape,
-    n_possible_morphology_cells,
-)
 from engine.search.map_search import MapSearch
-from engine.search.trajectory_archive import TrajectoryArchive, morphology_axes
+from engine.search.trajectory_archive import TrajectoryArchive
 from engine.simulation.evaluation import Evaluation, Solution
 
 
@@ -35,14 +31,14 @@ class MapElites(MapSearch):
         """Describe the axes of the archive as they are now: first the body's, then the trajectory's."""
         if archive not in self.archives:
             raise KeyError(archive)
-        return (*morphology_axes(self._stiffness, feet=self._feet_axis), *self._trajectories.axes())
+        return (*self._bodies.axes, *self._trajectories.axes())
 
     def _create_archives(self) -> None:
-        cells, stiffness, feet = self._config.controller_cells, self._stiffness, self._feet_axis
+        cells = self._config.controller_cells
         self._trajectories = TrajectoryArchive(
             archive=GridArchive(
-                shape=(*morphology_shape(stiffness, feet=feet), *cells),
-                n_possible=n_possible_morphology_cells(stiffness, feet=feet) * cells[0] * cells[1],
+                shape=(*self._bodies.shape, *cells),
+                n_possible=self._bodies.n_possible * cells[0] * cells[1],
             ),
             first_axes=self._body_cell,
             refit_generations=self._config.refit_generations,

@@ -10,13 +10,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
-from engine.body.feet import Feet
-from engine.body.morphology import StiffnessMode
 from engine.control.genome import Controller
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
-from engine.search.descriptors import CONTROLLER_SHAPE, morphology_cell
+from engine.search.body_space import PUBLISHED_BODIES, BodySpace
+from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.search.elite_records import Curiosity, Samples, SpecialistMemory
 from engine.search.trajectory_archive import TrajectoryArchive
 from engine.search.variation import (
@@ -159,10 +158,7 @@ class MapSearch(Algorithm):
         n_inputs: how many numbers the controllers sense.
         budget: total number of solutions; the last generation may be smaller.
         seed: of all the algorithm's draws.
-        stiffness: whether a body's modules share one stiffness.
-        rhythms: whether its modules have rhythms.
-        feet: those that a body may have.
-        feet_axis: whether they are one more axis of the body.
+        bodies: those that there are.
         overlap: how many more generations may be asked for before the oldest is told. Parents are then drawn
             from archives that are as many generations old.
         variation: how new solutions come about.
@@ -181,10 +177,7 @@ class MapSearch(Algorithm):
         n_inputs: int,
         budget: int,
         seed: int = 0,
-        stiffness: StiffnessMode = "shared",
-        rhythms: bool = False,
-        feet: Sequence[Feet] = ("none",),
-        feet_axis: bool = False,
+        bodies: BodySpace = PUBLISHED_BODIES,
         overlap: int = 0,
         variation: VariationConfig = PUBLISHED,
         sides: Sides | None = None,
@@ -192,15 +185,12 @@ class MapSearch(Algorithm):
         config.check_schedule(budget)
         check_overlap(overlap)
         self._config = config
-        self._stiffness: StiffnessMode = stiffness
-        self._feet_axis = feet_axis
+        self._bodies = bodies
         self._budget = budget
         self._specialists = SpecialistMemory(sides) if variation.switch_weight and sides is not None else None
         self._variation = Variation(
             n_inputs=n_inputs,
-            stiffness=stiffness,
-            rhythms=rhythms,
-            feet=feet,
+            bodies=bodies,
             seed=seed,
             config=variation,
             sides=sides,
@@ -331,7 +321,7 @@ class MapSearch(Algorithm):
 
     def _body_cell(self, e: Evaluation) -> Cell:
         """Return the cell of the morphology map that the body of an evaluation belongs to."""
-        return morphology_cell(e.solution.morphology, feet=self._feet_axis)
+        return self._bodies.cell(e.solution.morphology)
 
     def _elites(self) -> list[Evaluation]:
         """Return the elites of all archives; one that holds several cells, several times."""

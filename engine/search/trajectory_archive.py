@@ -1,4 +1,4 @@
-"""The archives that algorithms build on: one laid out by the body, one by what the head did."""
+"""An archive that is laid out by what the head did."""
 
 from __future__ import annotations
 
@@ -7,37 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from engine.body.feet import FEET
-from engine.body.module import MAX_MODULES, MIN_MODULES
-from engine.body.morphology import StiffnessMode
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import (
     TrajectoryDescriptor,
-    morphology_shape,
-    n_possible_morphology_cells,
     sensory_data,
 )
 from engine.simulation.evaluation import Evaluation
-
-
-def morphology_archive(stiffness: StiffnessMode, *, feet: bool = False) -> GridArchive:
-    """Return an empty archive for the cells of ``descriptors.morphology_cell``."""
-    return GridArchive(
-        shape=morphology_shape(stiffness, feet=feet),
-        n_possible=n_possible_morphology_cells(stiffness, feet=feet),
-    )
-
-
-def morphology_axes(stiffness: StiffnessMode, *, feet: bool = False) -> tuple[Axis, ...]:
-    """Describe the axes of the body."""
-    n_sizes, n_levels = morphology_shape(stiffness)[:2]
-    names = ("softest", "stiffest") if stiffness == "per-module" else ("stiffness",)
-    return (
-        Axis("modules", MIN_MODULES - 0.5, MAX_MODULES + 0.5, n_sizes),
-        *(Axis(name, 0.05, 0.05 + n_levels / 10, n_levels) for name in names),
-        *((Axis("feet", -0.5, len(FEET) - 0.5, len(FEET)),) if feet else ()),
-    )
 
 
 class TrajectoryArchive:

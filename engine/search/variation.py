@@ -7,18 +7,15 @@ import random
 from collections.abc import Sequence
 from typing import Any, Final, Literal, Protocol, Self
 
-from engine.body.feet import Feet
 from engine.body.morphology import (
     BodyRates,
     Morphology,
-    StiffnessMode,
-    mutate_morphology,
-    random_morphology,
 )
 from engine.control import genome
 from engine.control.genome import Controller, Neat, NeatRates
 from engine.control.switch import switched
 from engine.errors import InvalidData
+from engine.search.body_space import PUBLISHED_BODIES, BodySpace
 from engine.simulation.evaluation import Solution
 from engine.tasks.sides import Sides
 
@@ -191,11 +188,9 @@ class Variation:
 
     Args:
         n_inputs: how many numbers the controllers sense.
-        stiffness: whether a body's modules share one stiffness.
-        rhythms: whether its modules have rhythms.
+        bodies: those that there are.
         seed: of all draws.
         config: rates and weights.
-        feet: those that a body may have.
         sides: how the task tells left from right; None if it does not.
     """
 
@@ -203,18 +198,14 @@ class Variation:
         self,
         *,
         n_inputs: int,
-        stiffness: StiffnessMode,
-        rhythms: bool,
+        bodies: BodySpace = PUBLISHED_BODIES,
         seed: int,
         config: VariationConfig,
-        feet: Sequence[Feet] = ("none",),
         sides: Sides | None = None,
     ) -> None:
         self.rng = random.Random(seed)
         """The one generator of an algorithm: whatever else it draws comes from here too."""
-        self._stiffness = stiffness
-        self._rhythms = rhythms
-        self._feet = feet
+        self._bodies = bodies
         self._config = config
         self._operators = config.operators
         self._neat = Neat(n_inputs=n_inputs, rates=config.neat)
@@ -269,7 +260,7 @@ class Variation:
         """Draw a solution: a body and a controller, independently."""
         return Solution(
             number=self._next_number(),
-            morphology=random_morphology(self.rng, self._stiffness, rhythms=self._rhythms, feet=self._feet),
+            morphology=self._bodies.draw(self.rng),
             controller=self._neat.random(self.rng),
         )
 
@@ -293,7 +284,7 @@ class Variation:
                 operator = "controller"
         while (morphology, controller) == (parent.morphology, parent.controller):
             if operator != "controller":
-                morphology = mutate_morphology(parent.morphology, self.rng, self._config.body, self._feet)
+                morphology = self._bodies.mutate(parent.morphology, self.rng, self._config.body)
             if operator != "morphology":
                 origin = parent.controller
                 if self._config.crossover and self.rng.random() < self._config.crossover:

@@ -27,15 +27,12 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from engine.body.feet import Feet
-from engine.body.morphology import StiffnessMode, mutate_morphology, random_morphology
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm, Recall
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
-from engine.search.descriptors import morphology_cell
+from engine.search.body_space import PUBLISHED_BODIES, BodySpace
 from engine.search.neat_population import NeatPopulation
-from engine.search.trajectory_archive import morphology_archive, morphology_axes
 from engine.search.variation import PUBLISHED, VariationConfig, restore_rng, rng_state
 from engine.search.viability import Candidate, Member, Merit, ViabilityPopulation
 from engine.simulation.evaluation import Evaluation, Solution
@@ -120,10 +117,7 @@ class VieNeat(Algorithm):
     Args:
         n_inputs: how many numbers the controllers sense.
         config: sizes and rates of the two populations.
-        stiffness: whether a body's modules share one stiffness.
-        rhythms: whether its modules have rhythms.
-        feet: those that a body may have.
-        feet_axis: whether they are one more axis of the body.
+        bodies: those that there are.
         seed: of all the algorithm's draws.
         budget: total number of solutions; the last generation may be smaller.
         variation: the rates of bodies and controllers; the weights of its operators do not count.
@@ -139,24 +133,20 @@ class VieNeat(Algorithm):
         n_inputs: int,
         budget: int,
         seed: int = 0,
-        stiffness: StiffnessMode = "shared",
-        rhythms: bool = False,
-        feet: Sequence[Feet] = ("none",),
-        feet_axis: bool = False,
+        bodies: BodySpace = PUBLISHED_BODIES,
         variation: VariationConfig = PUBLISHED,
     ) -> None:
         config.check_budget(budget)
         self._budget = budget
         self._rng = random.Random(seed)
-        self._stiffness: StiffnessMode = stiffness
-        self._feet_axis = feet_axis
+        self._space = bodies
         self._bodies = ViabilityPopulation(
             size=config.morphologies,
             n_mutants=config.mutants,
             boundary_rate=config.boundary_rate,
             maximise=config.maximise,
-            draw=lambda rng: random_morphology(rng, stiffness, rhythms=rhythms, feet=feet),
-            mutate=lambda parent, rng: mutate_morphology(parent, rng, variation.body, feet),
+            draw=bodies.draw,
+            mutate=lambda parent, rng: bodies.mutate(parent, rng, variation.body),
         )
         self._controllers = NeatPopulation(
             n_inputs=n_inputs,
@@ -168,7 +158,7 @@ class VieNeat(Algorithm):
             maximise=config.maximise,
             rng=self._rng,
         )
-        self._archive = morphology_archive(stiffness, feet=feet_axis)
+        self._archive = bodies.archive()
         self._generation = 0
         self._n_asked = 0
         self._candidates: list[Candidate] = []
@@ -198,7 +188,7 @@ class VieNeat(Algorithm):
         """Describe the axes of the archive."""
         if archive not in self.archives:
             raise KeyError(archive)
-        return morphology_axes(self._stiffness, feet=self._feet_axis)
+        return self._space.axes
 
     def ask(self) -> list[Solution]:
         """Return random pairs of the bodies and controllers that are to be tried."""
@@ -234,7 +224,7 @@ class VieNeat(Algorithm):
         for pair, e in zip(self._pairs, ordered, strict=True):
             if e.fitness is None:
                 continue
-            self._archive.add(morphology_cell(e.solution.morphology, feet=self._feet_axis), e)
+            self._archive.add(self._space.cell(e.solution.morphology), e)
             of_body.setdefault(pair.candidate, []).append((e.fitness, e.solution.number))
             of_controller.setdefault(pair.controller, []).append(e.fitness)
         self._bodies.tell(

@@ -7,7 +7,7 @@ from typing import Any
 
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
-from engine.search.descriptors import morphology_cell
+from engine.search.body_space import PUBLISHED_BODIES
 from engine.simulation.evaluation import Evaluation
 from engine.simulation.provenance import versions
 from engine.storage.reader import RunReader
@@ -25,7 +25,7 @@ AXES = (
 
 def grid_cell(e: Evaluation) -> Cell:
     """Return the body's own cell and one of a few behaviours, so that some bodies share one."""
-    return (*morphology_cell(e.solution.morphology), e.solution.number % 3, 9 - e.solution.number % 2)
+    return (*PUBLISHED_BODIES.cell(e.solution.morphology), e.solution.number % 3, 9 - e.solution.number % 2)
 
 
 class Placed:

@@ -9,20 +9,12 @@ from sklearn.decomposition import PCA
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from engine.body.morphology import Morphology
-from engine.search.axes import body_cell
 from engine.search.descriptors import (
     CONTROLLER_SHAPE,
-    MORPHOLOGY_SHAPE,
-    PER_MODULE_SHAPE,
     TrajectoryDescriptor,
-    morphology_cell,
-    morphology_shape,
-    n_possible_morphology_cells,
     sensory_data,
 )
-from engine.search.trajectory_archive import morphology_archive, morphology_axes
-from tests.support.made_up import examples, morphologies, per_module_morphologies
+from tests.support.made_up import examples
 
 axes = st.integers(2, 12)
 # multiples of 1/64, so that neighbouring values are far further apart than rounding errors
@@ -43,65 +35,8 @@ def sensory(draw):
     return data
 
 
-def test_shapes_of_the_archives():
-    assert MORPHOLOGY_SHAPE == (9, 10)
+def test_the_shape_of_the_archive():
     assert CONTROLLER_SHAPE == (9, 10)
-
-
-def test_corners_of_the_morphology_archive():
-    assert morphology_cell(Morphology(1, (1, 1))) == (0, 0)
-    assert morphology_cell(Morphology(10, (8,) * 10)) == (8, 9)
-    assert morphology_cell(Morphology(3, (1, 2, 3, 4))) == (2, 2)
-
-
-@examples(50)
-@given(morphologies)
-def test_faces_do_not_move_a_body_in_the_archive(m):
-    assert morphology_cell(m) == morphology_cell(Morphology(m.stiffness_level, (1,) * m.n_modules))
-
-
-def test_a_body_of_unlike_modules_lies_where_its_softest_and_its_stiffest_say():
-    assert PER_MODULE_SHAPE == morphology_shape("per-module") == (9, 10, 10)
-    assert morphology_shape("shared") == MORPHOLOGY_SHAPE
-    assert morphology_cell(Morphology((4, 10, 1), (1, 1, 1))) == (1, 0, 9)
-    assert morphology_cell(Morphology((10, 1, 4), (1, 1, 1))) == (1, 0, 9)
-    assert morphology_cell(Morphology((7, 7), (1, 1))) == (0, 6, 6)
-    assert morphology_cell(Morphology((2,) * 9 + (3,), (8,) * 10)) == (8, 1, 2)
-
-
-@examples(50)
-@given(per_module_morphologies())
-def test_no_module_is_softer_than_the_softest(m):
-    _, softest, stiffest = morphology_cell(m)
-    assert 0 <= softest <= stiffest <= 9
-    assert {softest + 1, stiffest + 1} <= set(m.stiffness_levels)
-    assert all(softest < level <= stiffest + 1 for level in m.stiffness_levels)
-
-
-def test_possible_cells_are_those_that_bodies_reach():
-    reached = {
-        morphology_cell(Morphology((a, b) + (a,) * (n - 2), (1,) * n))
-        for n in range(2, 11)
-        for a in range(1, 11)
-        for b in range(1, 11)
-    }
-    assert len(reached) == n_possible_morphology_cells("per-module") == 495
-    assert n_possible_morphology_cells("shared") == 90
-
-
-def test_feet_are_one_more_axis_where_they_are_asked_for():
-    body, own = Morphology(3, (1, 2, 3), feet="start"), Morphology((4, 9), (1, 1), feet="end")
-    assert morphology_cell(body) == (1, 2)
-    assert morphology_cell(body, feet=True) == (1, 2, 1)
-    assert morphology_cell(own, feet=True) == (0, 3, 8, 2)
-    assert morphology_cell(Morphology(3, (1, 2, 3)), feet=True) == (1, 2, 0)
-    assert morphology_shape("shared", feet=True) == (9, 10, 3)
-    assert n_possible_morphology_cells("per-module", feet=True) == 3 * 495
-    for stiffness, which in (("shared", body), ("per-module", own)):
-        axes = morphology_axes(stiffness, feet=True)
-        assert tuple(a.n for a in axes) == morphology_shape(stiffness, feet=True)
-        assert body_cell(axes, which) == morphology_cell(which, feet=True)
-    assert morphology_archive("shared", feet=True).n_cells == 270
 
 
 def test_sensory_data_lists_targets_then_seconds_then_xy():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.search.archive import GridArchive
-from engine.search.descriptors import morphology_cell
+from engine.search.body_space import PUBLISHED_BODIES, BodySpace
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearchConfig
@@ -31,7 +31,8 @@ from tests.support.made_up import (
 )
 
 seeds = st.integers(0, 2**32)
-modes = st.sampled_from(["shared", "per-module"])
+PER_MODULE = BodySpace(stiffness="per-module")
+maps = st.sampled_from([PUBLISHED_BODIES, PER_MODULE])
 
 
 def create(seed=0, **changes):
@@ -73,7 +74,7 @@ def hand_map():
     """
     grid = TrajectoryArchive(
         archive=GridArchive(shape=(9, 10, 9, 10)),
-        first_axes=lambda e: morphology_cell(e.solution.morphology),
+        first_axes=lambda e: PUBLISHED_BODIES.cell(e.solution.morphology),
         refit_generations=(0, 2),
         sensory="positions",
     )
@@ -145,9 +146,9 @@ def test_elites_that_new_bounds_bring_together_compete_within_their_body_only():
 
 
 @examples(15)
-@given(seeds, st.sampled_from([0.0, 0.3]), modes)
-def test_the_archive_holds_what_it_should(seed, failing, stiffness):
-    algorithm, expected = create(seed, stiffness=stiffness), ExpectedMap(REFITS, body_cell)
+@given(seeds, st.sampled_from([0.0, 0.3]), maps)
+def test_the_archive_holds_what_it_should(seed, failing, bodies):
+    algorithm, expected = create(seed, bodies=bodies), ExpectedMap(REFITS, body_cell)
     for number in range(9):
         solutions = algorithm.ask()
         # a generation 0 of which too little succeeds is repeated, so that the budget may end early
@@ -177,9 +178,9 @@ def test_refits_and_new_bounds_move_elites():
 
 
 @examples(15)
-@given(seeds, modes)
-def test_every_elite_sits_in_the_cell_that_describes_it(seed, stiffness):
-    algorithm = create(seed, stiffness=stiffness)
+@given(seeds, maps)
+def test_every_elite_sits_in_the_cell_that_describes_it(seed, bodies):
+    algorithm = create(seed, bodies=bodies)
     for _ in range(9):
         generation(algorithm, salt=seed)
         placed = list(algorithm.archives["grid"])
@@ -210,7 +211,7 @@ def test_the_published_numbers():
     assert len(algorithm.ask()) == 1080
     assert {name: a.shape for name, a in algorithm.archives.items()} == {"grid": (9, 10, 9, 10)}
     assert algorithm.archives["grid"].n_cells == 8100
-    own = MapElites(MapSearchConfig(), n_inputs=2, budget=45_000, stiffness="per-module").archives["grid"]
+    own = MapElites(MapSearchConfig(), n_inputs=2, budget=45_000, bodies=PER_MODULE).archives["grid"]
     assert (own.shape, own.n_cells) == ((9, 10, 10, 9, 10), 495 * 90)
 
 
@@ -255,21 +256,21 @@ def test_axes_for_people():
     modules, stiffness = algorithm.axes("grid")[:2]
     assert (modules.lower, modules.upper) == (1.5, 10.5)
     assert (stiffness.lower, stiffness.upper) == pytest.approx((0.05, 1.05))
-    own = create(stiffness="per-module")
+    own = create(bodies=PER_MODULE)
     assert [a.name for a in own.axes("grid")] == ["modules", "softest", "stiffest", "PCA 1", "PCA 2"]
     with pytest.raises(KeyError):
         algorithm.axes("morphology")
 
 
 @examples(10)
-@given(seeds, st.integers(0, 6), st.sampled_from([0.0, 0.3]), modes)
-def test_a_restored_search_goes_on_identically(seed, n, failing, stiffness):
-    original = create(seed, stiffness=stiffness)
+@given(seeds, st.integers(0, 6), st.sampled_from([0.0, 0.3]), maps)
+def test_a_restored_search_goes_on_identically(seed, n, failing, bodies):
+    original = create(seed, bodies=bodies)
     for _ in range(n):
         generation(original, salt=seed, failing=failing)
     state, contents = state_and_contents(original)
     # the seed given here must not matter any more
-    restored = create(seed + 1, stiffness=stiffness)
+    restored = create(seed + 1, bodies=bodies)
     restored.restore(state, contents, nothing_else)
     assert restored.state() == original.state()
     for _ in range(8 - n):
@@ -284,14 +285,14 @@ def test_a_restored_search_goes_on_identically(seed, n, failing, stiffness):
 
 @pytest.mark.parametrize("kind", [MapElites, DoubleMapMapElites])
 def test_a_search_of_unlike_modules_breeds_unlike_modules(kind):
-    algorithm = map_search(kind, 0, stiffness="per-module")
+    algorithm = map_search(kind, 0, bodies=PER_MODULE)
     while solutions := algorithm.ask():
         assert all(s.morphology.stiffness_mode == "per-module" for s in solutions)
         algorithm.tell(evaluate(solutions))
 
 
 def test_dm_me_of_unlike_modules_has_three_axes_of_bodies():
-    algorithm = map_search(DoubleMapMapElites, 0, stiffness="per-module")
+    algorithm = map_search(DoubleMapMapElites, 0, bodies=PER_MODULE)
     everybody = []
     while solutions := algorithm.ask():
         everybody += evaluate(solutions)

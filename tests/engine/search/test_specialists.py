@@ -9,7 +9,7 @@ import pytest
 
 from engine.body.morphology import Morphology
 from engine.config import create_algorithm, replaced
-from engine.search.descriptors import morphology_cell
+from engine.search.body_space import PUBLISHED_BODIES
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.elite_records import BODIES, SpecialistMemory
 from engine.search.map_search import MapSearchConfig
@@ -111,7 +111,7 @@ def test_a_search_joins_what_is_good_at_either_side(algorithm):
     for _ in range(8):
         cells = {}
         for e in told:
-            cells.setdefault(morphology_cell(e.solution.morphology), []).append(e)
+            cells.setdefault(PUBLISHED_BODIES.cell(e.solution.morphology), []).append(e)
         known = {e.solution.number: e for e in told}
         for e in generation(search):
             s = e.solution

@@ -49,7 +49,7 @@ nobody = Nobody()
 
 def variation(**config):
     rates = VariationConfig(**{"switch_weight": 0} | config)
-    return Variation(n_inputs=2, stiffness="shared", rhythms=False, seed=1, config=rates)
+    return Variation(n_inputs=2, seed=1, config=rates)
 
 
 @pytest.mark.parametrize("weights", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 1, 0), (1, 1, 2)])
@@ -227,8 +227,6 @@ class Two:
 def switching(sides=SIDES, **config):
     return Variation(
         n_inputs=2,
-        stiffness="shared",
-        rhythms=False,
         seed=1,
         config=VariationConfig(switch_weight=1, **config),
         sides=sides,

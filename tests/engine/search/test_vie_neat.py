@@ -16,6 +16,7 @@ from engine.config import PRESETS, RunConfig, from_json, preset, replaced, to_js
 from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
+from engine.search.body_space import BodySpace
 from engine.search.vie_neat import VieNeat, VieNeatConfig, paired_fitness
 from engine.simulation.trials import TrialConfig
 from engine.storage.reader import RunReader
@@ -38,7 +39,8 @@ seeds = st.integers(0, 2**32)
 
 
 def create(seed=0, config=SMALL, budget=70, n_inputs=2, stiffness="shared"):
-    return VieNeat(config, n_inputs=n_inputs, stiffness=stiffness, seed=seed, budget=budget)
+    bodies = BodySpace(stiffness=stiffness)
+    return VieNeat(config, n_inputs=n_inputs, bodies=bodies, seed=seed, budget=budget)
 
 
 def nothing_else(numbers):

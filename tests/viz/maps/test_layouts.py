@@ -3,11 +3,11 @@
 from types import SimpleNamespace
 
 from engine.search.axes import Axis
-from engine.search.trajectory_archive import morphology_axes
+from engine.search.body_space import BodySpace
 from viz.maps import axis_labels
 from viz.maps.layouts import BY_BODY, NESTED, PROJECTED, layouts
 
-AXES = morphology_axes("shared", feet=True)
+AXES = BodySpace(feet_axis=True).axes
 
 
 def test_feet_are_shown_as_a_map_for_each_kind() -> None:
@@ -20,7 +20,7 @@ def test_feet_are_shown_as_a_map_for_each_kind() -> None:
     assert nested.cell_of((2, 7, 1), None) == (1, 2, 7)
     # by modules and stiffness, and by modules and feet
     assert [v.axes for v in found[PROJECTED]] == [(0, 1), (0, 2)]
-    per_module = morphology_axes("per-module")
+    per_module = BodySpace(stiffness="per-module").axes
     assert layouts({"morphology": per_module})[NESTED][0].axes == (0, 1, 2)
 
 
