@@ -126,9 +126,11 @@ def _compare(page: Page) -> None:
 
 
 def _through(page: Page) -> None:
-    page.locator('g[data-c="morphology:5,0"]').click(force=True, no_wait_after=True)
-    page.locator(".ta-card", has_text="cell 5,0").wait_for()
-    hold(page, 60.0)
+    page.locator('g[data-c="morphology:2,2"]').click(force=True, no_wait_after=True)
+    page.locator(".ta-card", has_text="cell 2,2").wait_for()
+    field_of(page, "Target").click()
+    page.get_by_role("option", name="2:").click()
+    hold(page, 190.0)
 
 
 FIRST: Final = Screen(
@@ -149,7 +151,10 @@ MAP: Final = Screen("map", "a map that fills the window", _enlarged)
 SIDE: Final = Screen("side-by-side", "three robots in lanes", _side_by_side)
 COMPARE: Final = Screen("compare", "runs compared", _compare)
 APERTURE: Final = Screen(
-    "aperture", "a robot with feet that has passed the aperture", _through, "?run=squeezing-feet-long"
+    "aperture",
+    "a robot with feet that has come through the aperture to its target",
+    _through,
+    "?run=squeezing-feet-200s",
 )
 ALBUM: Final[Sequence[tuple[str, Theme, Sequence[Screen]]]] = (
     ("1600", "dark", (FIRST, ROBOT, SIDE, COMPARE, APERTURE)),
