@@ -14,9 +14,8 @@ from engine.body.feet import FEET_TEXT, BodyConfig
 from engine.body.morphology import HeadSearch, StiffnessMode
 from engine.errors import InvalidData
 from engine.search.algorithm import Algorithm
-from engine.search.baselines import MorphologyMapElites, RandomSearch
 from engine.search.body_space import BodySpace
-from engine.search.dm_me import DoubleMapMapElites
+from engine.search.dm_me import DoubleMapMapElites, MorphologyMapElites, RandomSearch
 from engine.search.map_elites import MapElites
 from engine.search.map_search import MapSearch, MapSearchConfig, check_overlap
 from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig

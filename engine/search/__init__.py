@@ -11,7 +11,7 @@ Read in this order:
 - ``trajectory_archive``: an archive whose axes are fitted to the trajectories that it holds.
 - ``elite_records``: how the children of each elite did, how it did itself under other noise, and which
   controllers do best for targets at either side of a body.
-- ``map_search``: what DM-ME and MAP-Elites share. ``dm_me``, ``map_elites``: the two.
-- ``baselines``: simpler searches to compare with: random ones, MAP-Elites on one 2-D map.
+- ``map_search``: what DM-ME and MAP-Elites share. ``dm_me``, ``map_elites``: the two, the former with what
+  it is compared with: random robots, and MAP-Elites on one 2-D map.
 - ``viability``, ``neat_population``: the populations of bodies and of controllers that ``vie_neat`` pairs.
 """

@@ -2,7 +2,7 @@
 
 Two independent archives see every solution: one is laid out by the body, the other by the trajectory
 of the head, projected on its first two principal components. Half of the parents come from each, unless
-``controller_share`` says otherwise.
+``controller_share`` says otherwise. Two simpler searches fill the same maps, to compare with.
 """
 
 from __future__ import annotations
@@ -78,3 +78,17 @@ class DoubleMapMapElites(MapSearch):
         for e in whole:
             self._morphology.add(self._body_cell(e), e)
         self._trajectories.tell(self._generation, whole)
+
+
+class RandomSearch(DoubleMapMapElites):
+    """Every solution is random; the maps only keep the best of each cell."""
+
+    def _mutants(self, n: int) -> list[Solution]:
+        return [self._variation.random() for _ in range(n)]
+
+
+class MorphologyMapElites(DoubleMapMapElites):
+    """MAP-Elites on the 2-D morphology map; elites of the controller map, kept for show, have no children."""
+
+    def _mutants(self, n: int) -> list[Solution]:
+        return self._sample("morphology", n)
