@@ -29,8 +29,8 @@ from rich.table import Table
 from benchmarks.rows import Row, show
 from benchmarks.steps import CORRIDOR, OPEN, cost, parts
 from benchmarks.timing import Clock, machine, timed
-from engine.body.morphology import Morphology, random_morphology
-from engine.config import RunConfig, preset, replaced, task_of
+from engine.body.morphology import Morphology
+from engine.config import RunConfig, bodies_of, preset, replaced, task_of
 from engine.control.genome import Neat
 from engine.replay.replay import Replay
 from engine.runs.evolve import evolve
@@ -253,7 +253,7 @@ def _mixed(config: RunConfig, a: Arguments) -> list[Solution]:
         controller = neat.random(rng)
         for _ in range(N_MUTATIONS):
             controller = neat.mutate(controller, rng)
-        body = random_morphology(rng, config.stiffness, rhythms=config.head_search == "rhythms")
+        body = bodies_of(config).draw(rng)
         found.append(Solution(number=k, morphology=body, controller=controller))
     return found
 

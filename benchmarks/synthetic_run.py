@@ -12,11 +12,10 @@ import numpy as np
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.body.servo import N_RHYTHMS
-from engine.config import RunConfig, preset, replaced
+from engine.config import RunConfig, bodies_of, preset, replaced
 from engine.control.genome import Controller, Neat
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
-from engine.search.body_space import BodySpace
 from engine.search.descriptors import CONTROLLER_SHAPE
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.provenance import versions
@@ -50,7 +49,7 @@ class SyntheticRun:
         controllers: Sequence[Controller] | None = None,
     ) -> None:
         self._config, self._modules = config, modules
-        self._bodies = BodySpace(stiffness=config.stiffness)
+        self._bodies = bodies_of(config)
         self._task = get_task(config.task)
         self._rng = random.Random(config.seed)
         self._numbers = np.random.default_rng(config.seed)

@@ -127,6 +127,16 @@ def task_of(config: RunConfig) -> Task:
     return get_task(config.task, config.sensors, config.bonus)
 
 
+def bodies_of(config: RunConfig) -> BodySpace:
+    """Return the bodies that a run draws."""
+    return BodySpace(
+        stiffness=config.stiffness,
+        rhythms=config.head_search == "rhythms",
+        feet=config.body.feet_genes,
+        feet_axis=config.body.feet_axis,
+    )
+
+
 def create_algorithm(config: RunConfig, given: Sequence[GivenRobot] = ()) -> Algorithm:
     """Return a fresh algorithm for a configuration.
 
@@ -176,12 +186,7 @@ def _create_algorithm(config: RunConfig) -> Algorithm:
     task = task_of(config)
     common: dict[str, Any] = {
         "n_inputs": task.n_inputs,
-        "bodies": BodySpace(
-            stiffness=config.stiffness,
-            rhythms=config.head_search == "rhythms",
-            feet=config.body.feet_genes,
-            feet_axis=config.body.feet_axis,
-        ),
+        "bodies": bodies_of(config),
         "variation": config.variation,
         "seed": config.seed,
         "budget": config.evaluations,

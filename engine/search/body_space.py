@@ -17,7 +17,7 @@ from engine.body.morphology import (
     random_morphology,
 )
 from engine.search.archive import Cell, GridArchive
-from engine.search.axes import Axis
+from engine.search.axes import Axis, body_cell
 
 N_SIZES: Final = MAX_MODULES - MIN_MODULES + 1
 
@@ -54,8 +54,7 @@ class BodySpace:
     @property
     def shape(self) -> tuple[int, ...]:
         """The number of cells along each axis."""
-        levels = (N_STIFFNESS_LEVELS,) * (2 if self.stiffness == "per-module" else 1)
-        return (N_SIZES, *levels, *((len(FEET),) if self.feet_axis else ()))
+        return tuple(axis.n for axis in self.axes)
 
     @property
     def n_possible(self) -> int:
@@ -81,10 +80,7 @@ class BodySpace:
 
     def cell(self, body: Morphology) -> Cell:
         """Return the cell that a body lies in."""
-        level, size = body.stiffness_level, body.n_modules - MIN_MODULES
-        levels = (min(level), max(level)) if isinstance(level, tuple) else (level,)
-        feet = (FEET.index(body.feet),) if self.feet_axis else ()
-        return (size, *(k - 1 for k in levels), *feet)
+        return body_cell(self.axes, body)
 
     def archive(self) -> GridArchive:
         """Return an empty archive with these cells."""

@@ -9,10 +9,7 @@ import numpy as np
 
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
-from engine.search.descriptors import (
-    TrajectoryDescriptor,
-    sensory_data,
-)
+from engine.search.descriptors import TrajectoryDescriptor, sensory_data
 from engine.simulation.evaluation import Evaluation
 
 

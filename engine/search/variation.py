@@ -7,10 +7,7 @@ import random
 from collections.abc import Sequence
 from typing import Any, Final, Literal, Protocol, Self
 
-from engine.body.morphology import (
-    BodyRates,
-    Morphology,
-)
+from engine.body.morphology import BodyRates, Morphology
 from engine.control import genome
 from engine.control.genome import Controller, Neat, NeatRates
 from engine.control.switch import switched

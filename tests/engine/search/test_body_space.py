@@ -85,6 +85,9 @@ def test_every_body_of_a_space_lies_on_its_map_where_the_axes_say(space, seed):
         cell = space.cell(m)
         assert all(0 <= k < n for k, n in zip(cell, space.shape, strict=True))
         assert body_cell(space.axes, m) == cell
+        levels = [min(m.stiffness_levels), max(m.stiffness_levels)][: len(space.shape) - 1 - space.feet_axis]
+        expected = [m.n_modules - 2, *(level - 1 for level in levels)]
+        assert list(cell) == expected + [("none", "start", "end").index(m.feet)] * space.feet_axis
 
 
 @pytest.mark.parametrize("feet", [("none",), ("none", "start", "end")])
