@@ -20,7 +20,8 @@ import tyro
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.control.genome import Controller, Neat
+from engine.control.genome import Controller
+from engine.control.operators import Neat
 from engine.simulation.physics import Physics, Simulator
 from engine.simulation.trials import TrialConfig, start_trials, trials_of
 from engine.tasks import GOAL_REACHING, Task, get_task

@@ -23,7 +23,7 @@ import tyro
 from engine.body.feet import FEET, Feet
 from engine.body.module import MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.search.variation import VariationConfig
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.kernel.guard import read_robot

@@ -24,7 +24,7 @@ from engine.analysis.verify import Samples, changed_physics, resimulate
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.errors import RunFileError, TensAtlasError
 from engine.simulation.batch import Span
 from engine.simulation.evaluation import Evaluation

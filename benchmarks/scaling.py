@@ -24,7 +24,7 @@ import tyro
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.errors import TensAtlasError
 from engine.runs import evolve as run
 from engine.runs.run_loop import Progress

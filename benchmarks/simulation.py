@@ -31,7 +31,7 @@ from benchmarks.steps import CORRIDOR, OPEN, cost, parts
 from benchmarks.timing import Clock, machine, timed
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, bodies_of, preset, replaced, task_of
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.replay.replay import Replay
 from engine.runs.evolve import evolve
 from engine.simulation.compile_kernel import compile_kernel

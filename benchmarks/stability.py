@@ -18,7 +18,7 @@ import tyro
 
 from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig

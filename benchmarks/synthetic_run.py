@@ -13,7 +13,8 @@ from engine.body.module import MAX_MODULES, MIN_MODULES, N_STIFFNESS_LEVELS
 from engine.body.morphology import Morphology
 from engine.body.servo import N_RHYTHMS
 from engine.config import RunConfig, bodies_of, preset, replaced
-from engine.control.genome import Controller, Neat
+from engine.control.genome import Controller
+from engine.control.operators import Neat
 from engine.search.archive import Cell, GridArchive
 from engine.search.axes import Axis
 from engine.search.descriptors import CONTROLLER_SHAPE

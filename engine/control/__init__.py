@@ -2,7 +2,9 @@
 
 Read in this order:
 
-- ``genome``: the NEAT genome of a controller, drawn and mutated by NEAT-Python's operators.
+- ``genome``: the NEAT genome of a controller.
+- ``rates``: how controllers begin and how NEAT mutates them.
+- ``operators``: NEAT-Python's operators, which draw, mutate and cross controllers.
 - ``neat_092``: operators of the older NEAT-Python that the paper used.
 - ``network``: many genomes as networks, evaluated at once on arrays.
 - ``simplify``: a network without the neurons that never change.

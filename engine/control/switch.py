@@ -10,14 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from engine.control.genome import (
-    MAX_POWER,
-    N_OUTPUTS,
-    ConnectionGene,
-    Controller,
-    NodeGene,
-    within_range,
-)
+from engine.control.genome import MAX_POWER, N_OUTPUTS, ConnectionGene, Controller, NodeGene, within_range
 from engine.control.simplify import simplified
 
 MOST_HIDDEN: Final = 60

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal
 
 from engine.body.morphology import BodyRates
 from engine.config import RunConfig, replaced
-from engine.control.genome import NeatRates
+from engine.control.rates import NeatRates
 from engine.errors import InvalidData
 from engine.search.map_search import MapSearchConfig
 from engine.search.variation import VariationConfig

@@ -33,16 +33,9 @@ from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 from neat.species import Species
 
-from engine.control.genome import (
-    N_OUTPUTS,
-    PUBLISHED_RATES,
-    Controller,
-    Neat,
-    NeatRates,
-    from_genome,
-    lend_random,
-    to_genome,
-)
+from engine.control.genome import N_OUTPUTS, Controller
+from engine.control.operators import Neat, from_genome, lend_random, to_genome
+from engine.control.rates import PUBLISHED_RATES, NeatRates
 from engine.errors import InvalidData
 from engine.search.viability import Merit, fitness_of_merit, merit
 

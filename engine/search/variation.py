@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import Any, Final, Literal, Protocol, Self
 
 from engine.body.morphology import BodyRates, Morphology
-from engine.control import genome
-from engine.control.genome import Controller, Neat, NeatRates
+from engine.control.genome import Controller
+from engine.control.operators import Neat
+from engine.control.rates import PUBLISHED_RATES, NeatRates
 from engine.control.switch import switched
 from engine.errors import InvalidData
 from engine.search.body_space import PUBLISHED_BODIES, BodySpace
@@ -76,7 +77,7 @@ class VariationConfig:
         return tuple(kind for kind in OPERATORS for _ in range(getattr(self, f"{kind}_weight")))
 
 
-PUBLISHED: Final = VariationConfig(neat=genome.PUBLISHED_RATES, switch_weight=0)
+PUBLISHED: Final = VariationConfig(neat=PUBLISHED_RATES, switch_weight=0)
 """The variation of the authors' published configuration, by NEAT-Python 2."""
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.simulation.evaluation import LocalEvaluator, Solution
 from engine.simulation.physics import Physics
 from engine.simulation.trials import TrialConfig

@@ -16,7 +16,8 @@ from typing import Any, Final
 import numpy as np
 
 from engine.body.morphology import Morphology
-from engine.control.genome import Controller, Neat
+from engine.control.genome import Controller
+from engine.control.operators import Neat
 from engine.simulation.evaluation import Evaluation, LocalEvaluator, Solution
 from engine.simulation.physics import Physics
 from engine.simulation.provenance import KNOWN_SIMULATION, body_fingerprint

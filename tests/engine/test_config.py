@@ -19,7 +19,8 @@ from engine.config import (
     task_of,
     to_json,
 )
-from engine.control.genome import Neat, NeatRates
+from engine.control.operators import Neat
+from engine.control.rates import NeatRates
 from engine.errors import InvalidData
 from engine.search.variation import PUBLISHED, GivenRobot, VariationConfig
 from engine.search.vie_neat import VieNeatConfig

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, preset, replaced
-from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
+from engine.control.operators import Neat
 from engine.search.map_search import MapSearchConfig
 from engine.simulation.evaluation import Evaluation, Solution
 from engine.simulation.trials import TrialConfig

@@ -11,7 +11,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from engine.config import RunConfig, inline_tables
-from engine.control.genome import PUBLISHED_RATES
+from engine.control.rates import PUBLISHED_RATES
 from engine.search.map_search import MapSearchConfig
 
 ALGORITHM_NAMES: Final = {

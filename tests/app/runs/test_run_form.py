@@ -14,7 +14,7 @@ from app.gui.field_docs import field_docs
 from app.runs.run_form import EVERYDAY, FieldError, RunForm
 from engine.body.morphology import BodyRates
 from engine.config import PRESETS, RunConfig, replaced
-from engine.control.genome import NeatRates
+from engine.control.rates import NeatRates
 from engine.fabrication.as_built import search_physics
 from engine.fabrication.materials import load_materials
 from engine.search.map_search import MapSearchConfig

@@ -4,7 +4,8 @@ import random
 
 import pytest
 
-from engine.control.genome import Neat, NeatRates
+from engine.control.operators import Neat
+from engine.control.rates import NeatRates
 
 ONLY_STRUCTURE = {
     "weight_rate": 0.0,

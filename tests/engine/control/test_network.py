@@ -9,16 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import (
-    MAX_DEPTH,
-    MAX_NODES,
-    ConnectionGene,
-    Controller,
-    Neat,
-    NodeGene,
-    to_genome,
-)
+from engine.control.genome import MAX_DEPTH, MAX_NODES, ConnectionGene, Controller, NodeGene
 from engine.control.network import NetworkBatch, Plan, silenced
+from engine.control.operators import Neat, to_genome
 from tests.support.made_up import controllers, examples, some_controller
 
 several = st.integers(0, 2).flatmap(

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import NEAT_PARAMETERS, PUBLISHED_RATES, Neat, from_genome, logistic, to_genome
+from engine.control.genome import logistic
 from engine.control.network import NetworkBatch
+from engine.control.operators import NEAT_PARAMETERS, Neat, from_genome, to_genome
+from engine.control.rates import PUBLISHED_RATES
 from engine.errors import InvalidData
 from engine.search.neat_population import FloatingSizeReproduction, NeatPopulation
 from tests.support.made_up import examples

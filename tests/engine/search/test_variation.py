@@ -7,7 +7,7 @@ import pytest
 
 from engine.body.morphology import BodyRates
 from engine.config import create_algorithm, replaced
-from engine.control.genome import NeatRates
+from engine.control.rates import NeatRates
 from engine.errors import InvalidData
 from engine.search.dm_me import DoubleMapMapElites
 from engine.search.map_search import MapSearchConfig

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import engine.runs.evolve
 from engine.body.morphology import random_morphology
 from engine.config import PRESETS, RunConfig, from_json, preset, replaced, to_json
-from engine.control.genome import Neat
 from engine.control.network import NetworkBatch
+from engine.control.operators import Neat
 from engine.errors import InvalidData
 from engine.search.body_space import BodySpace
 from engine.search.vie_neat import VieNeat, VieNeatConfig, paired_fitness

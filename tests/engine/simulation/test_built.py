@@ -15,7 +15,8 @@ from engine.body import module as t
 from engine.body import servo
 from engine.body.morphology import Morphology
 from engine.config import physics_from_json
-from engine.control.genome import Controller, Neat
+from engine.control.genome import Controller
+from engine.control.operators import Neat
 from engine.errors import InvalidData
 from engine.simulation.built import Built, Spread, drawn
 from engine.simulation.model import build_robot

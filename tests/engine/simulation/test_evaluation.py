@@ -10,7 +10,7 @@ import pytest
 
 from engine.body.morphology import Morphology
 from engine.config import RunConfig, from_json, preset, to_json
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.replay.replay import Replay
 from engine.simulation.built import NO_SPREAD, Built, Spread
 from engine.simulation.evaluation import Evaluation, FailedTrial, LocalEvaluator, Solution

@@ -7,7 +7,7 @@ import pytest
 
 from engine.analysis.as_built import simulate_as_built
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.export import simulate_trial
 from engine.fabrication.as_built import twin_of
 from engine.fabrication.dimensions.feet import robot_feet

@@ -13,7 +13,7 @@ import pytest
 
 from engine.analysis.robustness import Robustness
 from engine.body.morphology import Morphology
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.export import robot_id
 from engine.storage.reader import RunReader
 from engine.tasks import bearing_name

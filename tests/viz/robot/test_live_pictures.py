@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from engine.body import servo
 from engine.body.morphology import Morphology
-from engine.control.genome import ConnectionGene, Controller, Neat, NodeGene
+from engine.control.genome import ConnectionGene, Controller, NodeGene
+from engine.control.operators import Neat
 from engine.storage.rows import Ancestor
 from engine.tasks.goal_reaching import GOAL_REACHING
 from viz.robot import lineage_list, servo_plot, tension_legend

@@ -12,7 +12,7 @@ import trimesh
 from engine.body.feet import BodyConfig
 from engine.body.morphology import Morphology
 from engine.config import task_of
-from engine.control.genome import Neat
+from engine.control.operators import Neat
 from engine.fabrication.dimensions.feet import LEAST_SHARE, NO_FEET, planned_feet, robot_feet
 from engine.fabrication.dimensions.joints import joints
 from engine.fabrication.materials import load_materials

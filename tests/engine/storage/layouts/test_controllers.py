@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.control.genome import Controller, Neat
+from engine.control.genome import Controller
+from engine.control.operators import Neat
 from engine.errors import InvalidData
 from engine.storage.layouts.controllers import EMPTY, Genes, decode, encode
 from tests.support.made_up import controllers, evolved_controller, examples

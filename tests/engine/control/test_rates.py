@@ -4,7 +4,8 @@ import random
 
 import pytest
 
-from engine.control.genome import PUBLISHED_RATES, Neat, NeatRates
+from engine.control.operators import Neat
+from engine.control.rates import PUBLISHED_RATES, NeatRates
 from engine.errors import InvalidData
 
 STILL = {
