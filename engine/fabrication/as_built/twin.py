@@ -9,7 +9,8 @@ from typing import Any, Final
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.config import RunConfig
-from engine.fabrication.as_built.deviations import Deviation, deviations
+from engine.fabrication.as_built.deviation import Deviation
+from engine.fabrication.as_built.deviations import deviations
 from engine.fabrication.dimensions.feet import Foot, robot_feet
 from engine.fabrication.materials import Materials
 from engine.simulation.built import Built, Spread

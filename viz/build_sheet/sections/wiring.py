@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable
 
 from engine.body import module as t
 from engine.body import servo
-from engine.fabrication.as_built.deviations import CARRIED
+from engine.fabrication.as_built.surroundings import CARRIED
 from engine.fabrication.dimensions import tolerances
 from engine.fabrication.dimensions.limiter import STRETCHED, THREAD, has_limiter
 from engine.fabrication.firmware import CONTRACTED_PULSE, RELEASED_PULSE, SKETCH, pin_map

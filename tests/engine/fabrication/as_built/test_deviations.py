@@ -10,7 +10,7 @@ import pytest
 from engine.body import module as t
 from engine.body.morphology import Morphology
 from engine.fabrication.as_built import Origin, deviations, search_physics, twin_of
-from engine.fabrication.as_built.deviations import built_centre_of_mass
+from engine.fabrication.as_built.body import built_centre_of_mass
 from engine.fabrication.as_built.twin import FEET_PAIRS
 from engine.fabrication.bill_of_materials import parts
 from engine.fabrication.dimensions.cables import cable_design
