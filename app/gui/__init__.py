@@ -9,7 +9,8 @@ Read in this order:
 - ``lanes``: who is served when, so that no browser keeps the others waiting.
 - ``actions``: the user's actions: one at a time, and a notice when one fails.
 - ``widgets``: small helpers: set a value once, inputs in one row.
-- ``page_channel``: scripts in the page and their way to the app; the scripts are in ``page_channel.js``.
+- ``page_channel``: scripts in the page and their way to the app; the scripts are in ``page_channel.js``,
+  and in ``marks.js`` one that lets styles find what viser draws without a name.
 - ``click_channel``: clicks on pictures.
 - ``top_bar``: the bar at the top of the page, and the windows that it opens.
 - ``browser_value``: a value that lives in the page, such as its address.

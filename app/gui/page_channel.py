@@ -13,7 +13,7 @@ from typing import Final
 
 import viser
 
-from app.gui.viser_private import selector
+from app.gui.viser_private import run_now, selector
 
 
 @functools.cache
@@ -25,6 +25,11 @@ def page_file(name: str, package: str) -> str:
 def run_script(code: str) -> str:
     """Return HTML that runs JavaScript: scripts inside added HTML do not, but the error of an image does."""
     return f'<img alt="" src="data:," style="display:none" onerror="{html.escape(code)}">'
+
+
+def mark_page(client: viser.ClientHandle) -> None:
+    """Let styles find what is around a widget or an element: see ``marks.js``. To be called first of all."""
+    run_now(client, page_file("marks.js", __package__))
 
 
 SCRIPT: Final = page_file("page_channel.js", __package__)

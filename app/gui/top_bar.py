@@ -88,7 +88,7 @@ class TopBar:
         panel = self._gui.add_panel(order=-1.0, visible=False)
         tab = panel.add_tab(label, icon)
         with tab:
-            self._gui.add_html('<style class="ta-window"></style>')
+            self._gui.add_html('<style class="ta-window" data-ta-mark="window"></style>')
         panel.float(x=WINDOW_LEFT, y=10, width=WINDOW_WIDTH)
         self._windows.append(_Window(label, hint, panel, opened))
         self._windows.sort(key=lambda window: WINDOWS.index(window.label))
@@ -162,7 +162,10 @@ class TopBar:
                 _tool("link", "Copy the address of what you see", html.escape(_COPY_LINK)),
             )
         )
-        put_html(self._bar, f'<nav class="ta-bar"><b>TensAtlas</b>{windows}<span></span>{tools}</nav>')
+        put_html(
+            self._bar,
+            f'<nav class="ta-bar" data-ta-mark="bar"><b>TensAtlas</b>{windows}<span></span>{tools}</nav>',
+        )
 
 
 def _tool(name: str, hint: str, on_click: str) -> str:

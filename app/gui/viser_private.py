@@ -15,7 +15,8 @@ Each of them is here because nothing public does it:
 - ``put_arrays``: viser compares and copies every array three times, one message each; a replay sends five
   of them in every frame to every browser.
 - ``uuid_of`` and ``selector``: a widget can only be found on the page by the id that viser gave it, and what
-  is around it by how viser builds its elements.
+  is around it by how viser builds its elements, which ``marks.js`` knows.
+- ``run_now``: scripts that come with HTML run when a browser finds the time.
 
 All were written for viser 1.1.1, which ``constraints.txt`` pins; ``tests/browser/test_safety.py`` notices if
 another one does not have them.
@@ -50,6 +51,7 @@ __all__ = [
     "acceptable",
     "inputs_of",
     "put_arrays",
+    "run_now",
     "selector",
     "start_server",
     "uuid_of",
@@ -141,8 +143,13 @@ def uuid_of(widget: Any) -> str:
 def selector(widget: Any) -> str:
     """Return the CSS selector of what viser draws around a button, or an input with a label."""
     if isinstance(widget, viser.GuiButtonHandle | viser.GuiUploadButtonHandle):
-        return f'div:has(> [id="{uuid_of(widget)}"])'
-    return f'div:has(> div > div > * > label[for="{uuid_of(widget)}"])'
+        return f'[data-ta-around="{uuid_of(widget)}"]'
+    return f'[data-ta-box="{uuid_of(widget)}"]'
+
+
+def run_now(client: viser.ClientHandle, code: str) -> None:
+    """Run JavaScript in a browser before anything that is sent to it later is shown."""
+    client.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source=code))
 
 
 def inputs_of(gui: viser.GuiApi) -> list[Any]:

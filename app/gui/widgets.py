@@ -49,6 +49,6 @@ def in_a_row(*cells: tuple[Any, float], labelled: int | None = None) -> str:
         label = "width:auto!important;padding-right:6px"
         if labelled is not None and k >= labelled:
             label = "position:absolute;width:1px!important;height:1px;overflow:hidden;clip-path:inset(50%)"
-        rules.append(f"{this}{{box-sizing:border-box}}{this}>div>div:has(label){{{label}}}")
+        rules.append(f"{this}{{box-sizing:border-box}}{this} [data-ta-label]{{{label}}}")
         left += share
     return f"<style>{''.join(rules)}</style>"

@@ -87,7 +87,7 @@ class ArchivesPanel:
             self._keys = ClickChannel(gui, label="keys")
             gui.add_html(
                 theme.TEXT_STYLE
-                + f"<style class='ta-plain'>{page_file('archives_panel.css', __package__)}</style>"
+                + f"<style data-ta-mark='plain'>{page_file('archives_panel.css', __package__)}</style>"
                 + run_script(SCRIPT)
                 + render_key("space", "key-space", self._keys.handler)
                 + in_a_row((self._slider, 70), (self._play, 30))

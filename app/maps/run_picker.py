@@ -49,7 +49,7 @@ class RunPicker:
         """Brings run files; shown with the list once ``allow_upload`` was called."""
         self._may_upload = False
         # the browser calls every file that has come an uploaded one; whether it is a run is ours to say
-        gui.add_html('<style>[id^="upload-"]:has(.mantine-Notification-closeButton){display:none}</style>')
+        gui.add_html('<style>[id^="upload-"][data-ta-in~="closable"]{display:none}</style>')
         # viser shows an upload button whatever its ``visible`` says
         self._hide_upload = f"<style>{selector(self.upload)}{{display:none}}</style>"
         self._upload_style = gui.add_html(self._hide_upload)

@@ -113,7 +113,7 @@ class TransportPanel:
             self._speed = gui.add_dropdown(
                 "Speed", tuple(SPEEDS), initial_value="1 ×", hint="Slow motion or fast forward"
             )
-            gui.add_html(f'<div class="ta-folding">{FOLD}</div>')
+            gui.add_html(f'<div data-ta-mark="folding">{FOLD}</div>')
             self._more = gui.add_button(
                 f"+{EXTENSION:.0f} s", color="gray", hint="Go on past the end of the evaluated time"
             )
@@ -134,7 +134,9 @@ class TransportPanel:
             self._draw = gui.add_button(
                 "Draw", icon=viser.Icon.DICE_5, color="gray", hint="Replay under fresh noise, drawn at random"
             )
-            gui.add_html('<div class="ta-show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>')
+            gui.add_html(
+                '<div data-ta-mark="show" style="font-size:12px;opacity:.65;padding:0 10px">Show</div>'
+            )
             shown = Overlays()
             self._overlays = {
                 name: gui.add_checkbox(name.capitalize(), getattr(shown, name), hint=hint)
@@ -315,15 +317,15 @@ def _width(room: int) -> int:
 
 def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:
     """Return a style that puts the controls in rows: ``transport.css`` with selectors in place of names."""
-    panel = "div:has(> div > .ta-transport)"
-    parts = {name: f"div:has(> .ta-{kind})" for name, kind in OWN.items()}
+    panel = '[data-ta-in~="transport-2"]'
+    parts = {name: f'[data-ta-in~="{kind}-1"]' for name, kind in OWN.items()}
     parts |= {name: selector(control) for name, control in controls.items()}
     style = page_file("transport.css", __package__).replace("#panel", panel)
     for name, part in parts.items():
         style = re.sub(rf"#{name}\b", f"{panel} > {part}", style)
     if narrow:
         style = style.replace("@media (max-width: 700px)", "@media all")
-    return f'<style class="ta-transport">{style}</style>'
+    return f'<style class="ta-transport" data-ta-mark="transport">{style}</style>'
 
 
 def _exact(repeat: int) -> str:

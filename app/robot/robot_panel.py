@@ -56,7 +56,7 @@ class RobotPanel:
     ) -> None:
         gui = client.gui
         dock(gui, page)
-        gui.add_html(f'<style class="ta-robot">{page_file("robot_panel.css", __package__)}</style>')
+        gui.add_html(f'<style data-ta-mark="robot">{page_file("robot_panel.css", __package__)}</style>')
         self._welcome = gui.add_markdown(WELCOME)
         self._card = gui.add_html("")
         self._verdict = gui.add_html("")

@@ -71,8 +71,8 @@ class ComparisonWindow:
         layout = figure.figure.layout
         # viser stretches figures to the whole width: a smaller one keeps its size
         self._gui.add_html(
-            f'<style class="{name}">div:has(>.{name})+div{{max-width:{layout.width + 2}px}}'
-            f"div:has(>.{name})+div>*{{border:0;background:none}}</style>"
+            f'<style data-ta-mark="{name}">[data-ta-in~="{name}-1"]+div{{max-width:{layout.width + 2}px}}'
+            f'[data-ta-in~="{name}-1"]+div>*{{border:0;background:none}}</style>'
         )
         self._gui.add_plotly(
             figure.figure,
@@ -106,8 +106,9 @@ def _bar(title: str, sections: Sequence[ReportSection], handler: str) -> str:
         )
     )
     return (
-        f"<style>.mantine-Modal-content:has(.{_BAR}){{--ta-width:{WIDTH + _BESIDE}px}}"
+        f"<style>.mantine-Modal-content[data-ta-in~=comparison]{{--ta-width:{WIDTH + _BESIDE}px}}"
         f"{page_file('comparison_window.css', __package__)}{style()}</style>"
-        f'<div class="{_BAR}"><b>{html.escape(title)}</b><nav>{links}</nav>{buttons}'
+        f'<div class="{_BAR}" data-ta-mark="comparison">'
+        f"<b>{html.escape(title)}</b><nav>{links}</nav>{buttons}"
         f"{run_script(page_file('comparison_window.js', __package__))}</div>"
     )

@@ -21,6 +21,7 @@ import viser
 
 from app.gui.access import TOKEN_VARIABLE, Access, access_to, is_loopback
 from app.gui.lanes import Lanes, Service
+from app.gui.page_channel import mark_page
 from app.gui.viser_private import Gate, start_server
 from app.runs.library import Library
 from app.server.log import limit_log
@@ -308,6 +309,7 @@ def serve_sessions(
     # on the server's own thread, which waits for no browser
     @server.on_client_connect
     async def _(client: viser.ClientHandle) -> None:
+        mark_page(client)
         browsers.enter(client)
 
     @server.on_client_disconnect

@@ -52,8 +52,9 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit) -
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_visible()
     # however long it is, it leaves the replay's controls free
     page.wait_for_function(
-        "() => document.querySelector('.mantine-Paper-root:has(.ta-window)').getBoundingClientRect().bottom"
-        " <= document.querySelector('.mantine-Paper-root:has(.ta-replay)').getBoundingClientRect().top + 1"
+        "() => { const edges = s => document.querySelector(s).closest('.mantine-Paper-root')"
+        ".getBoundingClientRect();"
+        " return edges('.ta-window').bottom <= edges('.ta-replay').top + 1 }"
     )
     press(page, "Take along")
     expect(page.get_by_role("button", name="Add to basket")).to_be_visible()

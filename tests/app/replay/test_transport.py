@@ -48,7 +48,7 @@ def test_every_control_has_a_place_by_its_name(room: int, is_narrow: bool) -> No
     rules = re.sub(r"/\*.*?\*/", "", style, flags=re.DOTALL)
     assert len(gui.controls) == 14
     for control in gui.controls:
-        places = re.findall(rf'{control}"\]\) {{ grid-column: span (\d+)', rules)
+        places = re.findall(rf'{control}"\] {{ grid-column: span (\d+)', rules)
         assert len(places) == 2, control  # on a desk and on a phone
     assert not re.findall(r"#[a-z]+", rules)  # a name that stands for no control
     assert ("@media all" in rules) == is_narrow
