@@ -206,10 +206,11 @@ class ArchivesPanel:
         self._play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
 
     def _draw(self, picture: MapPicture, ring: Ring | None) -> str:
+        title = html.escape(picture.title)
         return (
             '<div class="ta-picture" style="padding:0 16px 0 10px"><div style="display:flex;gap:5px;'
-            'align-items:baseline;margin:2px 0 3px"><b style="font-size:12.5px;flex:1;white-space:nowrap">'
-            f"{html.escape(picture.title)}</b>"
+            f'align-items:baseline;margin:2px 0 3px"><b title="{title}" style="font-size:12.5px;'
+            f'flex:1;min-width:0;overflow:hidden;text-overflow:ellipsis;white-space:nowrap">{title}</b>'
             f'<span class="ta-figures" title="{_explanation(picture)}" style="font-size:10.5px;opacity:.8;'
             f'white-space:nowrap;cursor:help">{html.escape(picture.figures)}'
             f'</span><span class="ta-keys" style="font-size:11.5px">{KEYS}</span>{ENLARGE}</div>'
