@@ -33,7 +33,8 @@ _ICONS: Final = {
 _COPY_LINK: Final = page_file("copy_link.js", __package__)
 _SAVE_PICTURE: Final = page_file("save_picture.js", __package__)
 _REVEAL: Final = (
-    "setTimeout(()=>document.querySelector('.ta-window')?.parentElement.scrollIntoView({block:'start'}),400)"
+    "setTimeout(()=>document.querySelector('[data-ta-mark=window]')"
+    "?.parentElement.scrollIntoView({block:'start'}),400)"
 )
 """On a phone a window is a part of a sheet, which may have been scrolled."""
 
@@ -88,7 +89,7 @@ class TopBar:
         panel = self._gui.add_panel(order=-1.0, visible=False)
         tab = panel.add_tab(label, icon)
         with tab:
-            self._gui.add_html('<style class="ta-window" data-ta-mark="window"></style>')
+            self._gui.add_html('<style data-ta-mark="window"></style>')
         panel.float(x=WINDOW_LEFT, y=10, width=WINDOW_WIDTH)
         self._windows.append(_Window(label, hint, panel, opened))
         self._windows.sort(key=lambda window: WINDOWS.index(window.label))

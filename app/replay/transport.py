@@ -325,7 +325,7 @@ def _layout(controls: Mapping[str, object], *, narrow: bool) -> str:
         style = re.sub(rf"#{name}\b", f"{panel} > {part}", style)
     if narrow:
         style = style.replace("@media (max-width: 700px)", "@media all")
-    return f'<style class="ta-transport" data-ta-mark="transport">{style}</style>'
+    return f'<style data-ta-mark="transport">{style}</style>'
 
 
 def _exact(repeat: int) -> str:

@@ -112,6 +112,19 @@ class Controller:
         return cls(n_inputs=data["n_inputs"], nodes=nodes, connections=connections)
 
 
+def is_within_limits(nodes: Collection[int], pairs: Collection[tuple[int, int]]) -> bool:
+    """Tell whether a network is no larger than a controller may be.
+
+    Args:
+        nodes: the keys of its neurons.
+        pairs: its connections, as source and target.
+
+    Raises:
+        InvalidData: they form a cycle.
+    """
+    return len(nodes) <= MAX_NODES and len(pairs) <= MAX_CONNECTIONS and _depth(pairs) <= MAX_DEPTH
+
+
 def _validate(c: Controller) -> None:
     if type(c.n_inputs) is not int or not 1 <= c.n_inputs <= 100:
         raise InvalidData(f"a controller has 1 to 100 inputs, not {c.n_inputs!r}")
@@ -139,11 +152,11 @@ def _validate(c: Controller) -> None:
         if link.source not in sources or link.target not in keys or pair in seen:
             raise InvalidData(f"connection {pair} is repeated or does not join two of the nodes")
         seen.add(pair)
-    if (in_a_row := depth(seen)) > MAX_DEPTH:
-        raise InvalidData(f"a controller has at most {MAX_DEPTH} connections in a row, not {in_a_row}")
+    if (depth := _depth(seen)) > MAX_DEPTH:
+        raise InvalidData(f"a controller has at most {MAX_DEPTH} connections in a row, not {depth}")
 
 
-def depth(pairs: Collection[tuple[int, int]]) -> int:
+def _depth(pairs: Collection[tuple[int, int]]) -> int:
     """Return how many connections, given as source and target, lie in a row at the most.
 
     Raises:

@@ -14,14 +14,11 @@ from neat.genome import DefaultGenomeConfig
 from neat.innovation import InnovationTracker
 
 from engine.control.genome import (
-    MAX_CONNECTIONS,
-    MAX_DEPTH,
-    MAX_NODES,
     N_OUTPUTS,
     ConnectionGene,
     Controller,
     NodeGene,
-    depth,
+    is_within_limits,
     logistic,
 )
 from engine.control.neat_092 import Genome092
@@ -107,7 +104,7 @@ class Neat:
         with lend_random(rng):
             genome = to_genome(parent, self.config, self.kind)
             genome.mutate(self.config)
-            if not _fits(genome):
+            if not is_within_limits(genome.nodes, genome.connections):
                 genome = to_genome(parent, self.config, self.kind)
                 with self._without_growth():
                     genome.mutate(self.config)
@@ -204,15 +201,6 @@ def from_genome(genome: neat.DefaultGenome, n_inputs: int) -> Controller:
             ConnectionGene(k[0], k[1], g.weight, g.enabled, g.innovation)
             for k, g in genome.connections.items()
         ),
-    )
-
-
-def _fits(genome: neat.DefaultGenome) -> bool:
-    """Tell whether a genome is no larger than a controller may be."""
-    return (
-        len(genome.nodes) <= MAX_NODES
-        and len(genome.connections) <= MAX_CONNECTIONS
-        and depth(genome.connections) <= MAX_DEPTH
     )
 
 

@@ -144,7 +144,7 @@ BREED: Final = Screen(
 RUN: Final = Screen(
     "run", "how far a run is, its configuration and notes", _window("Run"), top=".ta-progress"
 )
-NEW_RUN: Final = Screen("new-run", "the form of a new run", _window("New run"), top=".ta-window")
+NEW_RUN: Final = Screen("new-run", "the form of a new run", _window("New run"), top="[data-ta-mark=window]")
 ELITES: Final = Screen("elites", "all elites as a list that is searched", _window("Elites"))
 TAKE: Final = Screen("take-along", "robots to take along", _window("Take along"))
 MAP: Final = Screen("map", "a map that fills the window", _enlarged)

@@ -54,7 +54,7 @@ def test_the_bar_the_replay_and_what_is_remembered(address: str, visit: Visit) -
     page.wait_for_function(
         "() => { const edges = s => document.querySelector(s).closest('.mantine-Paper-root')"
         ".getBoundingClientRect();"
-        " return edges('.ta-window').bottom <= edges('.ta-replay').top + 1 }"
+        " return edges('[data-ta-mark=window]').bottom <= edges('.ta-replay').top + 1 }"
     )
     press(page, "Take along")
     expect(page.get_by_role("button", name="Add to basket")).to_be_visible()

@@ -32,6 +32,20 @@ TINY = replaced(
 MADE_UP = replaced(RunConfig(), evaluations=70, initial=20, batch_size=6, refit_generations=(0, 2, 5))
 """A run to be evaluated with made-up figures."""
 
+STILL = {
+    "weight_rate": 0.0,
+    "weight_replace": 0.0,
+    "bias_rate": 0.001,
+    "bias_power": 0.001,
+    "bias_replace": 0.0,
+    "link_add": 0.0,
+    "link_remove": 0.0,
+    "link_toggle": 0.0,
+    "neuron_add": 0.0,
+    "neuron_remove": 0.0,
+}
+"""Rates at which NEAT changes next to nothing."""
+
 
 def examples(n):
     """Settings of a property test with n examples, whatever else the machine is doing."""

@@ -44,7 +44,7 @@ def test_every_control_has_a_place_by_its_name(room: int, is_narrow: bool) -> No
     client: Any = SimpleNamespace(gui=gui)
     TransportPanel(client, player, MagicMock(), TransportEvents(), room=room)
     player.close()
-    (style,) = (content for content in gui.html if "ta-transport" in content)
+    (style,) = (content for content in gui.html if 'data-ta-mark="transport"' in content)
     rules = re.sub(r"/\*.*?\*/", "", style, flags=re.DOTALL)
     assert len(gui.controls) == 14
     for control in gui.controls:

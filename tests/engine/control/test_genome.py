@@ -12,7 +12,6 @@ from engine.control.network import NetworkBatch
 from engine.errors import InvalidData
 from tests.support.made_up import controllers, examples
 
-INPUT, OUTPUT, HIDDEN = -1, 0, 20
 json_values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
     lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=3), inner, max_size=3),

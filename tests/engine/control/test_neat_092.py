@@ -6,23 +6,11 @@ import pytest
 
 from engine.control.operators import Neat
 from engine.control.rates import NeatRates
-
-ONLY_STRUCTURE = {
-    "weight_rate": 0.0,
-    "weight_replace": 0.0,
-    "bias_rate": 0.001,
-    "bias_power": 0.001,
-    "bias_replace": 0.0,
-    "link_add": 0.0,
-    "link_remove": 0.0,
-    "link_toggle": 0.0,
-    "neuron_add": 0.0,
-    "neuron_remove": 0.0,
-}
+from tests.support.made_up import STILL
 
 
 def neat_of(version, **rates):
-    return Neat(n_inputs=2, rates=NeatRates(**(ONLY_STRUCTURE | rates), version=version))
+    return Neat(n_inputs=2, rates=NeatRates(**(STILL | rates), version=version))
 
 
 def added(version, n=6000):

@@ -7,20 +7,7 @@ import pytest
 from engine.control.operators import Neat
 from engine.control.rates import PUBLISHED_RATES, NeatRates
 from engine.errors import InvalidData
-
-STILL = {
-    "weight_rate": 0.0,
-    "weight_replace": 0.0,
-    "bias_rate": 0.001,
-    "bias_power": 0.001,
-    "bias_replace": 0.0,
-    "link_add": 0.0,
-    "link_remove": 0.0,
-    "link_toggle": 0.0,
-    "neuron_add": 0.0,
-    "neuron_remove": 0.0,
-}
-"""Next to nothing changes."""
+from tests.support.made_up import STILL
 
 
 def children(n=300, **rates):
