@@ -7,21 +7,24 @@ Walker and Ni 2011, "Anderson acceleration for fixed-point iterations") finds it
 takes the combination of them whose change of forces would be least. Forces that leave their cones are brought
 back.
 
-The forces are listed in ``Work.force_kind`` and ``Work.force_at``, three numbers each; a link's is filled
-up with zeros. In lanes in which one is not there, or not among those that are swept over, it does not change,
-and so plays no part. What is remembered of a force is a line of ``Work.search``.
+The forces are listed in ``Work.listed``, three numbers each; a link's is filled up with zeros. In lanes in
+which one is not there, or not among those that are swept over, it does not change, and so plays no part: once
+all its lanes are done, it leaves the list. What is remembered of a force is a line of ``Work.search``.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, TypeAlias
 
 from engine.simulation.kernel.lanes.algebra import Point, add, dot, load3, scale, select3, store3, sub
 from engine.simulation.kernel.lanes.compiling import compiled, inlined
 from engine.simulation.kernel.lanes.simd import (
     Mask,
     Real,
+    Reals,
+    any_lane,
     load,
+    mask_to_integer,
     maximum,
     minimum,
     select,
@@ -54,6 +57,13 @@ DEPENDENT: Final = 1e-10
 """Part of a difference's square that the newer ones must leave, or it says nothing new."""
 NOTHING: Final = 1e-200
 """A square below which there is no difference."""
+SWEPT: Final = 9
+"""Where the differences of forces after a sweep begin in a line of ``Work.search``, one after the other."""
+CHANGED: Final = SWEPT + 3 * REMEMBERED
+"""Where the differences of their changes begin."""
+
+Sums: TypeAlias = tuple[Real, Real, Real, Real, Real]
+Columns: TypeAlias = tuple[Point, Point, Point, Point, Point]
 
 
 @inlined
@@ -69,29 +79,34 @@ def at_walls(model: Model, state: State, i: int) -> Mask:
 
 
 @compiled
-def list_island(model: Model, state: State, i: int) -> None:
-    """Add an island's forces to the list."""
+def list_island(model: Model, state: State, i: int, lanes: Mask) -> None:
+    """Add an island's forces in some lanes to the list."""
     work = state.work
-    k = work.counts[N_FORCES]
     if i < model.n_links and work.linked[i]:
-        work.force_kind[k], work.force_at[k] = LINK_FORCE, i
-        k += 1
+        _list(state, LINK_FORCE, i, 0, lanes & (load(work.link, LINK * i + 17) > 0.0))
     for side in range(2):
         for n in range(work.contact_start[2 * i + side], work.contact_start[2 * i + side + 1]):
-            work.force_kind[k], work.force_at[k] = CONTACT_FORCE, n
-            work.force_place[k] = model.islands[2 * i + side]
-            k += 1
-    work.counts[N_FORCES] = k
+            there = load(work.contact, CONTACT * n + 15) > 0.0
+            _list(state, CONTACT_FORCE, n, model.islands[2 * i + side], lanes & there)
 
 
 @compiled
 def list_pairs(state: State) -> None:
     """Add the forces between rods to the list."""
+    for n in range(state.work.counts[N_PAIRS]):
+        _list(state, PAIR_FORCE, n, 0, load(state.work.pair, PAIR * n + 21) > 0.0)
+
+
+@inlined
+def _list(state: State, kind: int, n: int, place: int, lanes: Mask) -> None:
+    """Add force n of a kind to the list, if it is there in any of the lanes."""
     work = state.work
-    k = work.counts[N_FORCES]
-    for n in range(work.counts[N_PAIRS]):
-        work.force_kind[k + n], work.force_at[k + n] = PAIR_FORCE, n
-    work.counts[N_FORCES] = k + work.counts[N_PAIRS]
+    if any_lane(lanes):
+        k = work.counts[N_FORCES]
+        work.listed[k] = k
+        work.force_kind[k], work.force_at[k], work.force_place[k] = kind, n, place
+        store(work.force_lanes, k, mask_to_integer(lanes))
+        work.counts[N_FORCES] = k + 1
 
 
 @inlined
@@ -111,51 +126,131 @@ def _force(state: State, k: int) -> Point:
 
 @compiled
 def remember(state: State) -> None:
-    """Remember the listed forces before a sweep."""
-    for k in range(state.work.counts[N_FORCES]):
-        store3(state.work.search, SEARCH * k, _force(state, k))
+    """Remember the listed forces before the first sweep from which others are extrapolated."""
+    work = state.work
+    for m in range(work.counts[N_FORCES]):
+        k = work.listed[m]
+        store3(work.search, SEARCH * k, _force(state, k))
 
 
 @compiled
 def extrapolate(model: Model, state: State, n_before: int, goes_on: Mask) -> None:
-    """Move the listed forces on after a sweep.
+    """Move the listed forces on after a sweep, and remember them before the next one.
 
     Args:
         model: the robot.
         state: the simulations.
         n_before: remembered sweeps before this one.
-        goes_on: lanes whose forces may change.
+        goes_on: lanes whose forces may change, from now on.
     """
-    search = state.work.search
-    n_forces = state.work.counts[N_FORCES]
-    column = 9 + 6 * ((n_before - 1) % REMEMBERED)
-    for k in range(n_forces):
-        c = SEARCH * k
-        swept = _force(state, k)
-        change = sub(swept, load3(search, c))
-        if n_before > 0:
-            store3(search, c + column, sub(swept, load3(search, c + 3)))
-            store3(search, c + column + 3, sub(change, load3(search, c + 6)))
-        store3(search, c + 3, swept)
-        store3(search, c + 6, change)
+    work = state.work
+    _unlist(state, goes_on)
     used = min(n_before, REMEMBERED)
+    newest = (n_before - 1) % REMEMBERED
+    _compare(state, used, newest)
     if used == 0:
         return
-    _weigh(state, n_before, used)
-    weight = state.work.weight
-    for k in range(n_forces):
+    _weigh(state, used, newest)
+    search, weight = work.search, work.weight
+    for m in range(work.counts[N_FORCES]):
+        k = work.listed[m]
         c = SEARCH * k
+        change = load3(search, c + 6)
+        here = goes_on & (dot(change, change) > 0.0)
+        if not any_lane(here):
+            continue
         swept = load3(search, c + 3)
-        new = swept
+        new, column = swept, newest
         for j in range(used):
-            new = sub(
-                new, scale(load3(search, c + 9 + 6 * ((n_before - 1 - j) % REMEMBERED)), load(weight, j))
-            )
-        _set(model, state, k, swept, new, goes_on)
+            new = sub(new, scale(load3(search, c + SWEPT + 3 * column), load(weight, j)))
+            column = column - 1 if column > 0 else REMEMBERED - 1
+        store3(search, c, _set(model, state, k, swept, new, here))
 
 
 @inlined
-def _weigh(state: State, n_before: int, used: int) -> None:
+def _unlist(state: State, goes_on: Mask) -> None:
+    """Take the forces off the list that are in none of the lanes that go on."""
+    work = state.work
+    n = 0
+    for m in range(work.counts[N_FORCES]):
+        k = work.listed[m]
+        if any_lane(goes_on & (load(work.force_lanes, k) != 0)):
+            work.listed[n] = k
+            n += 1
+    work.counts[N_FORCES] = n
+
+
+@inlined
+def _compare(state: State, used: int, newest: int) -> None:
+    """Work out by how much a sweep exceeded those before it, and the products that ``_weigh`` needs.
+
+    Those are sums over all forces: of what the newest difference of changes has in common with every one that
+    is remembered, and of what these have in common with this sweep's change. Columns that are not used yet
+    hold anything, and so do their sums.
+    """
+    work = state.work
+    search = work.search
+    zero = splat(search, 0.0)
+    common = (zero, zero, zero, zero, zero)
+    ahead = (zero, zero, zero, zero, zero)
+    for m in range(work.counts[N_FORCES]):
+        k = work.listed[m]
+        c = SEARCH * k
+        swept = _force(state, k)
+        change = sub(swept, load3(search, c))
+        if used:
+            exceeded = sub(change, load3(search, c + 6))
+            store3(search, c + SWEPT + 3 * newest, sub(swept, load3(search, c + 3)))
+            store3(search, c + CHANGED + 3 * newest, exceeded)
+            d = _columns(search, c + CHANGED)
+            common = _plus_products(common, d, exceeded)
+            ahead = _plus_products(ahead, d, change)
+        store3(search, c, swept)
+        store3(search, c + 3, swept)
+        store3(search, c + 6, change)
+    _store_sums(work.common, common)
+    _store_sums(work.ahead, ahead)
+    for column in range(used):
+        store(work.products, REMEMBERED * newest + column, load(work.common, column))
+        store(work.products, REMEMBERED * column + newest, load(work.common, column))
+
+
+@inlined
+def _columns(search: Reals, c: int) -> Columns:
+    """Return what is remembered of a force at c, column by column."""
+    return (
+        load3(search, c),
+        load3(search, c + 3),
+        load3(search, c + 6),
+        load3(search, c + 9),
+        load3(search, c + 12),
+    )
+
+
+@inlined
+def _plus_products(sums: Sums, columns: Columns, by: Point) -> Sums:
+    """Return sums with every column's product with a vector added."""
+    return (
+        sums[0] + dot(columns[0], by),
+        sums[1] + dot(columns[1], by),
+        sums[2] + dot(columns[2], by),
+        sums[3] + dot(columns[3], by),
+        sums[4] + dot(columns[4], by),
+    )
+
+
+@inlined
+def _store_sums(array: Reals, sums: Sums) -> None:
+    """Set an array to one sum for each column."""
+    store(array, 0, sums[0])
+    store(array, 1, sums[1])
+    store(array, 2, sums[2])
+    store(array, 3, sums[3])
+    store(array, 4, sums[4])
+
+
+@inlined
+def _weigh(state: State, used: int, newest: int) -> None:
     """Find the combination of the last differences, newest first, that takes most off this sweep's change.
 
     The differences are made orthogonal to the newer ones through their products (Cholesky's factors); one
@@ -163,16 +258,11 @@ def _weigh(state: State, n_before: int, used: int) -> None:
     """
     work = state.work
     products, factor, right, weight = work.products, work.factor, work.right, work.weight
-    newest = (n_before - 1) % REMEMBERED
-    for j in range(used):
-        product = _product(state, 12 + 6 * newest, 12 + 6 * j)
-        store(products, REMEMBERED * newest + j, product)
-        store(products, REMEMBERED * j + newest, product)
     for i in range(used):
-        ci = (n_before - 1 - i) % REMEMBERED
-        b = _product(state, 12 + 6 * ci, 6)
+        ci = (newest - i) % REMEMBERED
+        b = load(work.ahead, ci)
         for j in range(i + 1):
-            product = load(products, REMEMBERED * ci + (n_before - 1 - j) % REMEMBERED)
+            product = load(products, REMEMBERED * ci + (newest - j) % REMEMBERED)
             whole = product
             for m in range(j):
                 product = product - load(factor, REMEMBERED * i + m) * load(factor, REMEMBERED * j + m)
@@ -195,25 +285,16 @@ def _weigh(state: State, n_before: int, used: int) -> None:
 
 
 @inlined
-def _product(state: State, a: int, b: int) -> Real:
-    """Return the sum over all forces of the products of what is remembered of them at a and at b."""
-    search = state.work.search
-    total = splat(search, 0.0)
-    for k in range(state.work.counts[N_FORCES]):
-        total = total + dot(load3(search, SEARCH * k + a), load3(search, SEARCH * k + b))
-    return total
-
-
-@inlined
-def _set(model: Model, state: State, k: int, swept: Point, new: Point, goes_on: Mask) -> None:
-    """Give listed force k a new value, within its bounds, where it may change and did in the sweep."""
+def _set(model: Model, state: State, k: int, swept: Point, new: Point, here: Mask) -> Point:
+    """Give listed force k a new value, within its bounds, in some lanes; return it."""
     work = state.work
     kind, n = work.force_kind[k], work.force_at[k]
-    change = load3(work.search, SEARCH * k + 6)
-    goes_on = goes_on & (dot(change, change) > 0.0)
+    zero = splat(work.search, 0.0)
+    force = swept
     if kind == LINK_FORCE:
-        force = select(goes_on, maximum(new[0], 0.0), swept[0])
-        store(work.link, LINK * n + 18, force)
+        along = select(here, maximum(new[0], 0.0), swept[0])
+        force = (along, zero, zero)
+        store(work.link, LINK * n + 18, along)
         a, b = model.islands[2 * n], model.islands[2 * n + 1]
         push_linked(
             work.link,
@@ -221,23 +302,22 @@ def _set(model: Model, state: State, k: int, swept: Point, new: Point, goes_on: 
             work.acceleration,
             ACCELERATION * a,
             ACCELERATION * b,
-            force - swept[0],
+            along - swept[0],
             load(model.place_mass, a),
             load(model.place_mass, b),
         )
     elif kind == PAIR_FORCE:
-        force3 = select3(goes_on, _bounded(new, load3(work.pair, PAIR * n), model.friction), swept)
-        store3(work.pair, PAIR * n + 12, force3)
-        push_pair(model, state, n, sub(force3, swept))
+        force = select3(here, _bounded(new, load3(work.pair, PAIR * n), model.friction), swept)
+        store3(work.pair, PAIR * n + 12, force)
+        push_pair(model, state, n, sub(force, swept))
     else:
-        zero = splat(work.search, 0.0)
         normal = (zero, zero, zero + 1.0)
         if work.contact_slot[n] >= 2 * RODS * model.n_modules:
             normal = load3(work.contact, CONTACT * n + 23)
-        friction = load(work.contact, CONTACT * n + 26)
-        force3 = select3(goes_on, _bounded(new, normal, friction), swept)
-        store3(work.contact, CONTACT * n + 6, force3)
-        push_place(model, state, work.force_place[k], load3(work.contact, CONTACT * n), sub(force3, swept))
+        force = select3(here, _bounded(new, normal, load(work.contact, CONTACT * n + 26)), swept)
+        store3(work.contact, CONTACT * n + 6, force)
+        push_place(model, state, work.force_place[k], load3(work.contact, CONTACT * n), sub(force, swept))
+    return force
 
 
 @inlined

@@ -191,9 +191,9 @@ def _relax_corner(model: Model, state: State, i: int, goes_on: Mask) -> None:
     if not any_lane(goes_on):
         return
     state.work.counts[N_FORCES] = 0
-    list_island(model, state, i)
+    list_island(model, state, i, goes_on)
+    remember(state)
     for n_before in range(LONGER * model.most_sweeps):
-        remember(state)
         goes_on = goes_on & _relax_island(model, state, i, goes_on, 1, settled)
         if not any_lane(goes_on):
             break
@@ -222,13 +222,12 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
         push_pair(model, state, n, load3(work.pair, PAIR * n + 12))
     work.counts[N_FORCES] = 0
     for i in range(model.n_islands):
-        if any_lane(load(work.coupled, i) != 0):
-            list_island(model, state, i)
+        list_island(model, state, i, load(work.coupled, i) != 0)
     list_pairs(state)
     for sweep in range(model.most_sweeps):
         if not any_lane(goes_on):
             break
-        if sweep >= EARLY:
+        if sweep == EARLY:
             remember(state)
         work.counts[N_COUPLED] += 1
         still = simulated & ~simulated
@@ -237,6 +236,9 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
             if any_lane(here):
                 still = still | _relax_island(model, state, i, here, 1, model.settled)
         for n in range(work.counts[N_PAIRS]):
+            # a contact is there in the lanes in which the inverse of its response is not 0
+            if not any_lane(goes_on & (load(work.pair, PAIR * n + 21) > 0.0)):
+                continue
             moved = relax_pair(model, state, n, goes_on)
             rods = work.pair_rods
             mass = max(model.inverse_mass[rods[2 * n] % RODS], model.inverse_mass[rods[2 * n + 1] % RODS])

@@ -31,7 +31,7 @@ REMEMBERED: Final = 5
 """Sweeps from which forces are extrapolated (``descent``)."""
 SEARCH: Final = 9 + 6 * REMEMBERED
 """Numbers of a force there: before a sweep 3, after it 3, its change 3, and of every remembered sweep by how
-much the last two exceeded those of the sweep before it."""
+much the force after it, 3, and then by how much its change, 3, exceeded that of the sweep before it."""
 LINK: Final = 19
 """Numbers of a link (``links``)."""
 OWN_PAIRS: Final = RODS * (RODS - 1) // 2
@@ -52,9 +52,11 @@ class Work(NamedTuple):
         contact_slot: per contact where its force is kept.
         contact_start: (islands x 2 + 1,) first contact of an island's first and second place.
         search: (forces x 39,) see ``SEARCH``; forces of contacts, links and pairs.
-        force_kind, force_at, force_place: per listed force what it is of, which of those, and whose place.
-        products, factor, right, weight: (m x m,), (m x m,), (m,) and (m,) of the equations for an
-            extrapolation, m = ``REMEMBERED``.
+        listed: lines of ``search`` of the forces that are extrapolated.
+        force_kind, force_at, force_place: per line what the force is of, which of those, and whose place.
+        force_lanes: (forces,) integers: not 0 in the lanes in which the force is there.
+        products, factor, common, ahead, right, weight: (m x m,), (m x m,) and four times (m,) of the
+            equations for an extrapolation, m = ``REMEMBERED``.
         link: (links x 19,) see ``LINK``.
         linked: (links,) whether a link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
@@ -78,11 +80,15 @@ class Work(NamedTuple):
     contact_slot: np.ndarray
     contact_start: np.ndarray
     search: np.ndarray
+    listed: np.ndarray
     force_kind: np.ndarray
     force_at: np.ndarray
     force_place: np.ndarray
+    force_lanes: np.ndarray
     products: np.ndarray
     factor: np.ndarray
+    common: np.ndarray
+    ahead: np.ndarray
     right: np.ndarray
     weight: np.ndarray
     link: np.ndarray
@@ -172,11 +178,15 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
         contact_slot=numbers(contacts),
         contact_start=numbers(2 * model.n_islands + 1),
         search=reals(SEARCH * forces),
+        listed=numbers(forces),
         force_kind=numbers(forces),
         force_at=numbers(forces),
         force_place=numbers(forces),
+        force_lanes=simd.integers(forces, width=width),
         products=reals(REMEMBERED * REMEMBERED),
         factor=reals(REMEMBERED * REMEMBERED),
+        common=reals(REMEMBERED),
+        ahead=reals(REMEMBERED),
         right=reals(REMEMBERED),
         weight=reals(REMEMBERED),
         link=reals(LINK * model.n_links),
