@@ -10,13 +10,14 @@ import pytest
 from engine.body.morphology import Morphology
 from engine.simulation.kernel.guard import read_robot
 from engine.simulation.kernel.lanes import simd
-from engine.simulation.kernel.physics.state import N_COUPLED, N_PAIRS, ROD
+from engine.simulation.kernel.physics.state import KEPT, N_COUPLED, N_PAIRS, ROD
 from engine.simulation.kernel.robots.model import model_of
 from engine.simulation.kernel.step import run
 from engine.simulation.model import build_robot
 from tests.support.kernel_driven import PHYSICS, drop
 
 JAMMED = Morphology(1, (1, 1, 5, 6, 8, 7, 6))
+OTHER = Morphology(1, (4, 3, 7, 1, 2, 3, 1))
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +52,18 @@ def test_they_are_pushed_as_if_swept_over_to_the_end(pulsed):
     found, few = stepped(model, state)
     assert np.abs(found - exact).max() < 1e-7
     assert few < many < 1000
+
+
+def test_lanes_are_done_each_at_its_own_time():
+    """Two robots that jam at other places, for longer or shorter: each moves as it does alone."""
+    bodies = (JAMMED, OTHER)
+    together, *alone = [drop(*robots) for robots in (bodies, bodies[:1], bodies[1:])]
+    for dropped in (together, *alone):
+        dropped.settle(60)
+    state, *own = [dropped.pulse(100)[0] for dropped in (together, *alone)]
+    sweeps = [s.work.counts[N_COUPLED] for s in own]
+    assert max(sweeps) < state.work.counts[N_COUPLED] < sum(sweeps)
+    for lane, theirs in enumerate(own):
+        for field in KEPT:
+            ours, others = (simd.by_lane(getattr(s, field)) for s in (state, theirs))
+            assert ours[:, lane].tobytes() == others[:, 0].tobytes()
