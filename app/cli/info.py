@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from engine.body.feet import FEET_TEXT
 from engine.config import RunConfig, to_json
 from engine.files import readable_json
 from engine.runs.described import describe
-from engine.simulation.provenance import differing
+from engine.simulation.provenance import Computer, differing
 from engine.storage.reader import RunReader
 from engine.storage.rows import Generation
 from engine.tasks import get_task
@@ -98,6 +98,16 @@ def _archive_facts(reader: RunReader, last: Generation | None) -> dict[str, dict
     }
 
 
+def computers_differ(computers: Sequence[Computer], simulator: str) -> list[str]:
+    """Return in what the computers of a run differ that its simulator's results may hang on.
+
+    The kernel's have the same bits whatever a processor's instructions are (docs/physics.md).
+    """
+    if simulator == "kernel":
+        computers = [dataclasses.replace(c, simd="") for c in computers]
+    return differing(computers)
+
+
 def _feet_text(config: RunConfig) -> str:
     """Return which feet a run's robots may have, and their friction."""
     kinds = " or ".join(FEET_TEXT[f] for f in config.body.feet_genes)
@@ -134,7 +144,7 @@ def _lines(reader: RunReader, facts: dict[str, Any]) -> Iterator[tuple[str, Any]
     computers = reader.computers()
     for computer, n in computers.items():
         yield "computed on", f"{computer}: {n} evaluations"
-    for difference in differing(list(computers)):
+    for difference in computers_differ(list(computers), reader.config.physics.simulator):
         yield "note", f"computers differ in {difference}: the last bits may too"
     for name, figures in facts["archives"].items():
         if figures["best_cm"] is None:

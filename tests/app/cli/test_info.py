@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
+from app.cli.info import computers_differ
+from engine.simulation.provenance import Computer
 from engine.storage.reader import RunReader
 from tests.support.command_line import Command
 
@@ -20,3 +23,13 @@ def test_info_is_readable(tensatlas: Command, small_run: Path) -> None:
     (line,) = [line for line in out.splitlines() if line.startswith("morphology")]
     assert f"with offset {sum(v + 45 for v in values):.0f} cm" in line
     assert f"{sum(v > 0.7925 for v in values)} cells above 0.79 cm" in line
+
+
+def test_instructions_matter_to_mujoco_alone() -> None:
+    """The kernel's results have the same bits whatever the processor has."""
+    one = Computer("x86_64", "avx2", "4.0.0", "2.4.6")
+    other = dataclasses.replace(one, simd="avx512f")
+    newer = dataclasses.replace(other, numpy="2.5.0")
+    assert computers_differ([one, other], "kernel") == []
+    assert computers_differ([one, other], "mujoco") == ["simd: avx2 | avx512f"]
+    assert computers_differ([one, newer], "kernel") == ["numpy: 2.4.6 | 2.5.0"]
