@@ -63,7 +63,10 @@ CHANGED: Final = SWEPT + 3 * REMEMBERED
 """Where the differences of their changes begin."""
 
 Sums: TypeAlias = tuple[Real, Real, Real, Real, Real]
+"""A number for each of the ``REMEMBERED`` sweeps, which compiled code keeps in registers."""
 Columns: TypeAlias = tuple[Point, Point, Point, Point, Point]
+"""Three for each."""
+assert REMEMBERED == 5
 
 
 @inlined
