@@ -53,6 +53,12 @@ def store_inverse(array: Reals, i: int, there: Mask, s: Symmetric) -> None:
 
 
 @inlined
+def is_there(contact: Reals, c: int) -> Mask:
+    """Return the lanes with the contact at c: the inverse of its response is not 0 there."""
+    return load(contact, c + 15) > 0.0
+
+
+@inlined
 def softened(soft: Real, across: Real, normal: Point) -> Symmetric:
     """Return a contact's softness: one along its normal, another across it."""
     more = soft - across

@@ -32,10 +32,10 @@ from engine.simulation.kernel.lanes.simd import (
     square_root,
     store,
 )
-from engine.simulation.kernel.physics.contact import push_place
+from engine.simulation.kernel.physics.contact import is_there, push_place
 from engine.simulation.kernel.physics.friction import TINY
 from engine.simulation.kernel.physics.links import push_linked
-from engine.simulation.kernel.physics.rod_contacts import push_pair
+from engine.simulation.kernel.physics.rod_contacts import is_pair_there, push_pair
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
     CONTACT,
@@ -76,8 +76,7 @@ def at_walls(model: Model, state: State, i: int) -> Mask:
     found = splat(contact, 0.0) > 0.0
     for n in range(start[2 * i], start[2 * i + 2]):
         if state.work.contact_slot[n] >= 2 * RODS * model.n_modules:
-            # a contact is there in the lanes in which the inverse of its response is not 0
-            found = found | (load(contact, CONTACT * n + 15) > 0.0)
+            found = found | is_there(contact, CONTACT * n)
     return found
 
 
@@ -89,7 +88,7 @@ def list_island(model: Model, state: State, i: int, lanes: Mask) -> None:
         _list(state, LINK_FORCE, i, 0, lanes & (load(work.link, LINK * i + 17) > 0.0))
     for side in range(2):
         for n in range(work.contact_start[2 * i + side], work.contact_start[2 * i + side + 1]):
-            there = load(work.contact, CONTACT * n + 15) > 0.0
+            there = is_there(work.contact, CONTACT * n)
             _list(state, CONTACT_FORCE, n, model.islands[2 * i + side], lanes & there)
 
 
@@ -97,7 +96,7 @@ def list_island(model: Model, state: State, i: int, lanes: Mask) -> None:
 def list_pairs(state: State) -> None:
     """Add the forces between rods to the list."""
     for n in range(state.work.counts[N_PAIRS]):
-        _list(state, PAIR_FORCE, n, 0, load(state.work.pair, PAIR * n + 21) > 0.0)
+        _list(state, PAIR_FORCE, n, 0, is_pair_there(state.work.pair, n))
 
 
 @inlined
@@ -211,11 +210,11 @@ def _compare(state: State, used: int, newest: int) -> None:
         store3(search, c, swept)
         store3(search, c + 3, swept)
         store3(search, c + 6, change)
-    _store_sums(work.common, common)
-    _store_sums(work.ahead, ahead)
+    row = REMEMBERED * newest
+    _store_sums(work.products, row, common)
+    _store_sums(work.ahead, 0, ahead)
     for column in range(used):
-        store(work.products, REMEMBERED * newest + column, load(work.common, column))
-        store(work.products, REMEMBERED * column + newest, load(work.common, column))
+        store(work.products, REMEMBERED * column + newest, load(work.products, row + column))
 
 
 @inlined
@@ -243,13 +242,13 @@ def _plus_products(sums: Sums, columns: Columns, by: Point) -> Sums:
 
 
 @inlined
-def _store_sums(array: Reals, sums: Sums) -> None:
-    """Set an array to one sum for each column."""
-    store(array, 0, sums[0])
-    store(array, 1, sums[1])
-    store(array, 2, sums[2])
-    store(array, 3, sums[3])
-    store(array, 4, sums[4])
+def _store_sums(array: Reals, i: int, sums: Sums) -> None:
+    """Set vectors from i on to one sum for each column."""
+    store(array, i, sums[0])
+    store(array, i + 1, sums[1])
+    store(array, i + 2, sums[2])
+    store(array, i + 3, sums[3])
+    store(array, i + 4, sums[4])
 
 
 @inlined

@@ -33,6 +33,7 @@ from engine.simulation.kernel.lanes.compiling import compiled, inlined
 from engine.simulation.kernel.lanes.simd import (
     Mask,
     Real,
+    Reals,
     any_lane,
     load,
     maximum,
@@ -226,6 +227,12 @@ def relax_pair(model: Model, state: State, n: int, goes_on: Mask) -> Point:
     change = sub(new, f)
     push_pair(model, state, n, change)
     return change
+
+
+@inlined
+def is_pair_there(pair: Reals, n: int) -> Mask:
+    """Return the lanes with contact n of two rods: the inverse of its response is not 0 there."""
+    return load(pair, PAIR * n + 21) > 0.0
 
 
 @inlined

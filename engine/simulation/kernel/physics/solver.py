@@ -39,7 +39,7 @@ from engine.simulation.kernel.lanes.simd import (
 from engine.simulation.kernel.physics.contact import push_place, relax_on_ground, relax_on_wall
 from engine.simulation.kernel.physics.descent import at_walls, extrapolate, list_island, list_pairs, remember
 from engine.simulation.kernel.physics.links import push_linked, relax_link
-from engine.simulation.kernel.physics.rod_contacts import push_pair, relax_pair
+from engine.simulation.kernel.physics.rod_contacts import is_pair_there, push_pair, relax_pair
 from engine.simulation.kernel.physics.state import (
     ACCELERATION,
     CONTACT,
@@ -99,8 +99,7 @@ def _couple(model: Model, state: State) -> None:
     for i in range(model.n_islands):
         store(coupled, i, 0)
     for n in range(work.counts[N_PAIRS]):
-        # a contact is there in the lanes in which the inverse of its response is not 0
-        there = mask_to_integer(load(pair, PAIR * n + 21) > 0.0)
+        there = mask_to_integer(is_pair_there(pair, n))
         for end in range(2):
             m, r = work.pair_rods[2 * n + end] // RODS, work.pair_rods[2 * n + end] % RODS
             for order in range(model.orders[m], model.orders[m + 1]):
@@ -236,8 +235,7 @@ def _relax_coupled(model: Model, state: State, simulated: Mask) -> None:
             if any_lane(here):
                 still = still | _relax_island(model, state, i, here, 1, model.settled)
         for n in range(work.counts[N_PAIRS]):
-            # a contact is there in the lanes in which the inverse of its response is not 0
-            if not any_lane(goes_on & (load(work.pair, PAIR * n + 21) > 0.0)):
+            if not any_lane(goes_on & is_pair_there(work.pair, n)):
                 continue
             moved = relax_pair(model, state, n, goes_on)
             rods = work.pair_rods

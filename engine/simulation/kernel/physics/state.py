@@ -55,8 +55,8 @@ class Work(NamedTuple):
         listed: lines of ``search`` of the forces that are extrapolated.
         force_kind, force_at, force_place: per line what the force is of, which of those, and whose place.
         force_lanes: (forces,) integers: not 0 in the lanes in which the force is there.
-        products, factor, common, ahead, right, weight: (m x m,), (m x m,) and four times (m,) of the
-            equations for an extrapolation, m = ``REMEMBERED``.
+        products, factor, ahead, right, weight: (m x m,), (m x m,) and three times (m,) of the equations for
+            an extrapolation, m = ``REMEMBERED``.
         link: (links x 19,) see ``LINK``.
         linked: (links,) whether a link is taut in any lane.
         pair: (pairs x 29,) contacts between two rods.
@@ -87,7 +87,6 @@ class Work(NamedTuple):
     force_lanes: np.ndarray
     products: np.ndarray
     factor: np.ndarray
-    common: np.ndarray
     ahead: np.ndarray
     right: np.ndarray
     weight: np.ndarray
@@ -185,7 +184,6 @@ def new_state(model: Model, *, n_walls: int = 0) -> State:
         force_lanes=simd.integers(forces, width=width),
         products=reals(REMEMBERED * REMEMBERED),
         factor=reals(REMEMBERED * REMEMBERED),
-        common=reals(REMEMBERED),
         ahead=reals(REMEMBERED),
         right=reals(REMEMBERED),
         weight=reals(REMEMBERED),
